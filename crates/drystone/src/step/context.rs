@@ -2,9 +2,9 @@
 
 use fearless_simd::Level;
 
-use super::solver::closing::{Caps, SHORTEST};
-use super::solver::inertia::LoadInertia;
-use super::solver::softness::{Compliance, Softness};
+use super::caps::{Caps, SHORTEST};
+use super::load_inertia::LoadInertia;
+use super::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness};
 use crate::state::config::{PenaltyConfig, WorldConfig};
@@ -100,6 +100,7 @@ const PARTED_SPEED: f32 = PART_SPEED / 16.0;
 
 /// A contact keeps the weight of so many of its bodies from step to step; gravity counts as at least this [m/s²].
 const WARM_WEIGHTS: f32 = 1000.0;
+
 const LEAST_WEIGHT: f32 = 9.81;
 
 impl StepContext {

@@ -7,47 +7,24 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::context::StepContext;
+use super::flight::Spins;
+use super::notes::{Flight, Note};
+use super::reach::{Need, flies, reach_of_all};
 use super::sleep::freeze;
-use super::solver;
-use super::solver::integrate;
-use super::solver::spin::Spins;
+use super::solver::body::integrate;
+use super::{flight, solver};
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::base::limits;
-use crate::base::math::{Mat3, Vec3, vec3};
-use crate::base::pose::Pose;
+use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
 use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::state::stillness::{Stillness, StillnessRule};
-
-/// What finalize found out about a body, beside how it moved.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Note {
-    /// The body's state became non-finite; it was put back.
-    Fault(u32),
-    /// A kinematic body that does not move.
-    Idle(u32),
-    /// Some body has been still for long enough to sleep.
-    Still,
-}
-
-/// How a body moved that moved or turned far for its size.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Flight {
-    pub(crate) row: u32,
-    /// Where its center was, and how it stood.
-    pub(crate) from: Vec3,
-    pub(crate) stood: Quat,
-    /// No shape left the box that it had in the tree: with all that they may have met they are pairs. (Of bodies that move,
-    /// only if it did not [fly](Body::flies): those that it was to pass are none.)
-    pub(crate) in_boxes: bool,
-    pub(crate) flew: bool,
-}
 
 /// What was found out about some bodies, in their order.
 #[derive(Clone, Debug, Default)]
@@ -94,7 +71,7 @@ pub(crate) fn advance_poses(
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
-    lines: &solver::Scratch,
+    lines: &solver::scratch::Scratch,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
@@ -219,103 +196,6 @@ fn fit_all<S: Simd>(
     in_boxes
 }
 
-/// The box that a shape needs in the tree.
-pub(crate) struct Need {
-    /// Its own with the contact margin; of one that turns far in the step the box of all that it may sweep.
-    tight: Aabb,
-    /// How far it moves in a step [m].
-    step: Vec3,
-}
-
-/// A turn in a step that takes a shape out of its box [rad].
-const FAR_TURN: f32 = 0.5;
-
-impl Need {
-    /// The rotation of a body of several shapes.
-    fn turn_of(body: &Body) -> Option<Mat3> {
-        (body.shapes.len() > 1).then(|| body.rotation.to_mat3())
-    }
-
-    /// `turn`: the body's rotation, for what is one of several shapes.
-    #[inline(always)]
-    fn of<S: Simd>(
-        simd: S,
-        shape: &ShapeRow,
-        (body, turn): (&Body, Option<Mat3>),
-        ctx: &StepContext,
-    ) -> Self {
-        let stands = turn.filter(|_| shape.centered.rotation == Quat::IDENTITY);
-        let pose = match stands {
-            Some(turn) => Pose::new(turn * shape.centered.position + body.center, body.rotation),
-            None => shape.placed(body),
-        };
-        let tight = shape.solid.aabb_with(simd, &pose, stands).grown(0.5 * ctx.margin);
-        if body.w.length_squared() * (ctx.dt * ctx.dt) >= FAR_TURN * FAR_TURN {
-            let around = vec3(body.extent, body.extent, body.extent);
-            let around = Aabb::new(body.center - around, body.center + around);
-            return Self { tight: tight.union(&around), step: reach(body.v, body, ctx) };
-        }
-        let velocity = match turn {
-            Some(_) => body.velocity_at(tight.center() - body.center),
-            None => body.v,
-        };
-        Self { tight, step: reach(velocity, body, ctx) }
-    }
-
-    pub(crate) fn of_shape(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Self {
-        dispatch!(ctx.level, simd => Self::of(simd, shapes.at(shape), (body, Self::turn_of(body)), ctx))
-    }
-
-    /// The box that reaches as far as the shape moves in a step.
-    #[inline(always)]
-    pub(crate) fn fits(&self) -> Aabb {
-        swept(&self.tight, self.step)
-    }
-
-    /// That box, `fits`, with room to move, so that the tree is not changed every step; none for what will leave it
-    /// all the same.
-    pub(crate) fn with_room(&self, fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
-        if flies(body, ctx) {
-            return *fits;
-        }
-        swept(fits, self.step).grown(spare(body, ctx))
-    }
-}
-
-/// Around a box and where it comes by `step`.
-#[inline(always)]
-fn swept(fits: &Aabb, step: Vec3) -> Aabb {
-    fits.union(&Aabb::new(fits.min + step, fits.max + step))
-}
-
-/// How far what has this velocity moves in a step [m], but no farther along an axis than the body's size: contacts
-/// are not looked for beyond that (narrowphase), only rays are cast (sweep). (Cut along its way instead, what
-/// flies along a wall would come into it unseen.)
-fn reach(velocity: Vec3, body: &Body, ctx: &StepContext) -> Vec3 {
-    let step = velocity * ctx.dt;
-    let most = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
-    vec3(step.x.clamp(-most, most), step.y.clamp(-most, most), step.z.clamp(-most, most))
-}
-
-/// That of all shapes of a body, at most [m].
-fn reach_of_all(body: &Body, ctx: &StepContext) -> f32 {
-    let turning =
-        if body.shapes.len() > 1 { body.w.length() * (body.extent * ctx.dt) } else { 0.0 };
-    reach(body.v, body, ctx).length() + turning
-}
-
-/// Room around a box [m].
-fn spare(body: &Body, ctx: &StepContext) -> f32 {
-    ctx.margin + (0.1 * body.extent).min(0.1 * ctx.length)
-}
-
-/// True if a body moves so far beyond its [`reach`] in a step that no box with room keeps it for two.
-/// (Of a diagonal way each axis sees 1/√3 at least.)
-fn flies(body: &Body, ctx: &StepContext) -> bool {
-    let step = body.v * ctx.dt;
-    step.length() - reach(body.v, body, ctx).length() > 2.0 * spare(body, ctx)
-}
-
 /// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
 const FLOCK: usize = 64;
 
@@ -345,7 +225,7 @@ fn advance(
     ctx: &StepContext,
     flock: &[u32],
     bodies: &Rows<'_, Option<Body>>,
-    lines: &solver::Scratch,
+    lines: &solver::scratch::Scratch,
 ) -> [(Vec3, Quat); FLOCK] {
     let mut before = [(Vec3::ZERO, Quat::IDENTITY); FLOCK];
     let mut spins = Spins::default();
@@ -361,7 +241,12 @@ fn advance(
 }
 
 /// Moves a body; true if its free rotation is still to be done.
-fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &solver::Scratch) -> bool {
+fn move_body(
+    ctx: &StepContext,
+    body: &mut Body,
+    row: u32,
+    lines: &solver::scratch::Scratch,
+) -> bool {
     let line = lines.line_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {
         body.center += body.v * ctx.dt;
@@ -369,7 +254,7 @@ fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &solver::Scrat
         return false;
     }
     if line == 0 || lines.flew(line) {
-        return integrate::fly(ctx, body);
+        return flight::fly(ctx, body);
     }
     let (before, squeeze) = (body.v, &lines.squeezes[line]);
     let aux = (&lines.aux[line], squeeze.factor);

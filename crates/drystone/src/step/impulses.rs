@@ -1,6 +1,6 @@
 //! Part of the stage `sensor`: what contacts gave in the step becomes hits and forces.
 
-use super::solver::Given;
+use super::solver::totals_rows::Given;
 use crate::base::math::Vec3;
 use crate::state::contacts::Contact;
 use crate::state::events::{ContactForce, Events, ForcePoint, HitEvent};

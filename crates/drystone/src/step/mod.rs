@@ -14,10 +14,17 @@ pub(crate) mod one_way;
 pub(crate) mod sensor;
 pub(crate) mod impulses;
 pub(crate) mod sleep;
+pub(crate) mod caps;
+pub(crate) mod flight;
+pub(crate) mod gyration;
+pub(crate) mod load_inertia;
+pub(crate) mod notes;
+pub(crate) mod softness;
+pub(crate) mod solver_body;
 
 use self::context::StepContext;
-use self::finalize::Note;
 use self::hooks::Hooks;
+use self::notes::Note;
 use self::particles::pace::Pace;
 use self::particles::settle::settle;
 use crate::base::jobs::Jobs;
@@ -86,10 +93,10 @@ impl Stage {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     broadphase: broadphase::Scratch,
-    narrowphase: narrowphase::Scratch,
+    narrowphase: narrowphase::scratch::Scratch,
     partition: partition::Scratch,
-    particles: particles::Scratch,
-    solver: solver::Scratch,
+    particles: particles::scratch::Scratch,
+    solver: solver::scratch::Scratch,
     finalize: finalize::Scratch,
     sweep: sweep::Scratch,
     impulses: impulses::Scratch,
@@ -111,7 +118,7 @@ impl Scratch {
     }
 
     /// What the contacts gave in the last step that landed or are asked for.
-    pub(crate) fn given(&self) -> impl Iterator<Item = solver::Given> {
+    pub(crate) fn given(&self) -> impl Iterator<Item = solver::totals_rows::Given> {
         self.solver.given()
     }
 
@@ -165,7 +172,7 @@ pub(crate) fn step(
     let method = &config.method;
     let breakage = joints.breakable > 0 || breakage.any();
     let closing = &s.narrowphase;
-    let read = solver::Input { bodies, shapes, islands, closing, breakage };
+    let read = solver::input::Input { bodies, shapes, islands, closing, breakage };
     let [loaded, jointed, struck, tumbling] = &ctx.finer(config);
     let contexts = [ctx, loaded, jointed, struck, tumbling];
     let pace = Pace::new(ctx, config, particles.last_h);

@@ -8,120 +8,42 @@
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 mod meeting;
-mod keep;
+pub(crate) mod keep;
 mod mesh;
 mod motion;
 mod placed;
 mod gate;
 mod seams;
 mod settling;
-mod turns;
+pub(crate) mod turns;
 mod waits;
+pub(crate) mod change;
+pub(crate) mod lent;
+pub(crate) mod rebuild;
+pub(crate) mod scratch;
 
 use fearless_simd::dispatch;
 
-use self::keep::{inherit, keep_load, recycle};
-pub(crate) use self::keep::{inherit_near, note_landing, share_lost};
+use self::change::Change;
+use self::keep::{keep_load, recycle};
+use self::lent::{Asked, Pairs};
 use self::motion::Motions;
-pub(crate) use self::turns::{BLOW_SPEED, blows, corotates};
+use self::rebuild::{FAR_TURN, Look, may_recycle, rebuild};
+use self::scratch::{Scratch, Worker};
 use self::turns::{list_for_solver, turn_ahead};
 use super::context::StepContext;
 use super::hooks::Hooks;
 use super::reach::speculative_margin;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, collect_ranges_with, fine_grain, for_ranges, grain};
-use crate::base::math::Vec3;
-use crate::base::pose::Pose;
-use crate::base::quat::Quat;
 use crate::base::wide::LANES;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
-use crate::state::contacts::{Contact, Contacts, Lent, Probe, Slots, Softened, Watch};
-use crate::state::def::BodyKind;
+use crate::state::contacts::{Contact, Contacts, Lent};
 use crate::state::shapes::{ShapeRow, Shapes};
-
-/// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
-const CLOSES: f32 = 0.03;
-
-/// A pair that turns by more than this in a step turns far [rad]: the separation of a point at a lever r, linear over the step, is off by
-/// half a percent of r.
-pub(crate) const FAR_TURN: f32 = 0.1;
-
-/// What became of a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
-    /// The boxes of the shapes are apart: the contact is over.
-    Apart(u32),
-    /// The number of its points changed.
-    Count(u32),
-    /// One of its bodies sleeps, and they touch in this step; where bodies freeze one by one, it has points again.
-    Meets(u32),
-    /// It has points that have not touched yet, and which close fast ([`CLOSES`]). No change by itself.
-    Closes(u32),
-    /// It has points, and its bodies turn so far in this step that other corners may come down, or that levers are no more
-    /// what they were ([`FAR_TURN`]). No change by itself.
-    Turns(u32),
-    /// It has points, and its bodies turn together ([`corotates`]). No change by itself.
-    Corotates(u32),
-    /// Its bodies meet at the speed of a blow, and it does not bounce ([`blows`]). No change by itself.
-    Blows(u32),
-    /// It may be parted in this step: a point of it is deep, or it was parted in the last one. No change by itself.
-    Parts(u32),
-    /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
-    Made(u32),
-    /// It has points, and may make others ghosts, but is none. No change by itself.
-    Carries(u32),
-}
-
-/// Memory kept from step to step.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
-    changes: Vec<Vec<Change>>,
-    /// What ghosts of seams lose comes after.
-    ghosts: Vec<Change>,
-    workers: Vec<Worker>,
-    seams: seams::Scratch,
-    placed: placed::Scratch,
-}
-
-/// What a worker needs.
-#[derive(Clone, Debug, Default)]
-struct Worker {
-    mesh: MeshScratch,
-    moving: motion::Pairs,
-    motions: Motions,
-}
-
-impl Scratch {
-    /// In lists of any lengths, which together are in the order of what is watched; then what ghosts lose.
-    pub(crate) fn changes(&self) -> [&[Vec<Change>]; 2] {
-        [&self.changes, core::slice::from_ref(&self.ghosts)]
-    }
-
-    /// The contacts whose bodies turn far.
-    pub(crate) fn turning(&self) -> impl Iterator<Item = u32> {
-        self.changes.iter().flatten().filter_map(|change| match change {
-            Change::Turns(row) => Some(*row),
-            _ => None,
-        })
-    }
-
-    /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
-    pub(crate) fn ghosts(&self) -> impl Iterator<Item = u32> {
-        self.seams.hidden()
-    }
-
-    /// The contacts that close fast.
-    pub(crate) fn closing(&self) -> impl Iterator<Item = u32> {
-        self.changes.iter().flatten().filter_map(|change| match change {
-            Change::Closes(row) => Some(*row),
-            _ => None,
-        })
-    }
-}
 
 /// Updates all awake contacts.
 pub(crate) fn update_manifolds(
@@ -238,26 +160,6 @@ struct Line {
 
 impl Line {
     const STATIONS: usize = 4;
-}
-
-/// All pairs that are awake, lent to the workers, and what they are read by.
-struct Pairs<'a> {
-    ctx: &'a StepContext,
-    bodies: &'a Bodies,
-    shapes: &'a Shapes,
-    slots: Slots<'a>,
-    watches: Rows<'a, Watch>,
-    probes: Rows<'a, Probe>,
-    asked: Asked<'a>,
-    /// So far two bodies come in a step together whose points land, at least: see [`Track::ahead`].
-    landing: u32,
-}
-
-/// The hooks of the step, and what they say of softness by contacts' rows; empty without hooks.
-#[derive(Clone, Copy)]
-struct Asked<'a> {
-    hooks: Option<&'a Hooks<'a>>,
-    softened: Rows<'a, Softened>,
 }
 
 impl Pairs<'_> {
@@ -459,136 +361,4 @@ pub(crate) fn overlap(
     }
     let cache = &mut PairCache::default();
     collide(ctx.level, &shape_a.solid, &shape_b.solid, &b_in_a, 0.0, cache).count > 0
-}
-
-/// A pair that is tested.
-struct Look<'a> {
-    /// Of the contact.
-    row: u32,
-    /// How far contacts are looked for [m], if that was asked.
-    reach: Option<f32>,
-    watch: &'a mut Watch,
-    probe: &'a mut Probe,
-    tracks: &'a [Track],
-    /// See [`StepContext::per_track`].
-    per_track: f32,
-    /// Its bodies are so fast that a point of it may land, as a hit.
-    lands: bool,
-}
-
-impl Look<'_> {
-    /// The shapes are as far apart now [m], 0 if that is not known; motion counts from here on.
-    fn restart(&mut self, gap: f32, a: &Body, b: &Body) {
-        self.probe.restart(gap, a, b);
-        self.open(gap);
-    }
-
-    /// The shapes are as far apart now, at least [m].
-    fn open(&mut self, gap: f32) {
-        self.watch.open(gap * self.per_track, self.tracks);
-    }
-}
-
-/// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no
-/// less than the chord that a point at unit distance travels.
-pub(super) fn chord(q: &Quat, q0: &Quat) -> f32 {
-    let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
-    2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
-}
-
-/// True if the two bodies have hardly moved since the manifold was made, against each other or in the
-/// world, and no corner that it has no point of can come down in this step, in which they turn by `turn` [rad].
-fn may_recycle(
-    ctx: &StepContext,
-    contact: &Contact,
-    r: &Probe,
-    (a, b): (&Body, &Body),
-    turn: f32,
-) -> bool {
-    if contact.count == 0 || contact.is_renewed() {
-        return false;
-    }
-    let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
-    let shift = ((b.center - a.center) - r.offset).length();
-    let (turn_a, turn_b) = (chord(&a.rotation, &r.rotation_a), chord(&b.rotation, &r.rotation_b));
-    if turn_a + turn_b + turn > contact.clear {
-        return false;
-    }
-    let turns = turn_a * size(a) + turn_b * size(b);
-    // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
-    let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
-    // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
-    let limit = |body: &Body| if body.is_dynamic() { 0.25 * body.extent } else { f32::INFINITY };
-    let limit = ctx.recycle_distance.min(limit(a)).min(limit(b));
-    // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
-    let limit = if contact.count < 3 { 0.2 * limit } else { limit };
-    shift + turns < limit && !carried(a) && !carried(b)
-}
-
-/// Takes over a new manifold, and lists what that changed. `last` is how A stood when the last one was made.
-fn rebuild(
-    ctx: &StepContext,
-    (row, contact): (u32, &mut Contact),
-    manifold: &Manifold,
-    (pose_a, last): (&Pose, Quat),
-    [a, b]: [&Body; 2],
-    out: &mut Vec<Change>,
-) {
-    let before = contact.count;
-    let mut old = contact.points;
-    let normal = pose_a.direction(manifold.normal);
-    #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
-    let count = manifold.count as u8;
-    contact.count = count;
-    // Of what is told where B will be, arms and offset are those of then.
-    let shift = pose_a.direction(manifold.shift);
-    let offset = b.center - a.center + shift;
-    contact.offset = offset;
-    if count == 0 {
-        contact.tangent_impulse = Vec3::ZERO;
-        contact.set_rolling_impulse(Vec3::ZERO);
-        contact.twist_impulse = 0.0;
-        if before != 0 {
-            out.push(Change::Count(row));
-        }
-        return;
-    }
-    let normal_before = core::mem::replace(&mut contact.normal, normal);
-    // Arms from A's center in the frame of A's shape keep their precision far from the origin.
-    let origin = pose_a.position - a.center;
-    let (mut approach, mut fresh) = (0.0_f32, 0);
-    let old = &mut old[..usize::from(before)];
-    for (i, (new, made)) in contact.points.iter_mut().zip(manifold.points()).enumerate() {
-        let r_a = pose_a.direction(made.position) + origin;
-        let r_b = r_a - offset;
-        let inherited = inherit(old, made.feature, r_a, last, a, b);
-        fresh |= u8::from(inherited.is_none()) << i;
-        let impulse = inherited.unwrap_or(0.0);
-        new.renew(r_a, made.separation, impulse, made.feature);
-        new.base += normal.dot(shift);
-        // Of a pair that touches only what bears nothing lands: see `note_landing`.
-        if !contact.touching || !(impulse > 0.0) {
-            approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
-        }
-    }
-    share_lost(old, (normal_before, fresh), contact);
-    if before != count {
-        let sleeps = |body: &Body| !body.active() && body.kind != BodyKind::Static;
-        if ctx.wakes_alone
-            && !contact.place.is_somewhere()
-            && !contact.sensor
-            && (sleeps(a) || sleeps(b))
-        {
-            out.push(Change::Meets(row));
-        }
-        out.push(Change::Count(row));
-    }
-    contact.set_approach(approach);
-    if contact.touching {
-        return;
-    }
-    let thickness = |body: &Body| if body.is_dynamic() { body.inner } else { f32::INFINITY };
-    if !contact.sensor && approach * ctx.h > CLOSES * thickness(a).min(thickness(b)) {
-        out.push(Change::Closes(row));
-    }
 }

@@ -16,65 +16,19 @@ pub(crate) mod pace;
 mod points;
 pub(crate) mod rows;
 pub(crate) mod settle;
+pub(crate) mod scratch;
+pub(crate) mod tied;
 
-use self::meet::{Around, Meeting, Near};
-use self::pace::{Pace, Tied};
+use self::meet::{Around, Near, moves};
+use self::scratch::{Found, Scratch};
 use super::context::StepContext;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
-use crate::state::particles::{Particle, ParticleLine, Particles};
+use crate::state::particles::{ParticleLine, Particles};
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
-
-/// What a chunk of particles found, in the order of their lines.
-#[derive(Clone, Copy, Debug)]
-enum Found {
-    /// This line is solved with substeps.
-    Tied(u32),
-    /// It meets this: follows its `Tied`.
-    Meets(Meeting),
-    /// A body to wake.
-    Wakes(u32),
-    /// A frozen particle whose strand is to wake.
-    Thaws(u32),
-    /// Its state became non-finite.
-    Fault(u32),
-}
-
-/// Memory kept from step to step.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
-    found: Vec<Vec<Found>>,
-    /// Lines that are solved with substeps, ascending.
-    pub(crate) tied: Vec<u32>,
-    /// What they meet, in the order of lines, then of shapes.
-    pub(crate) meetings: Vec<Meeting>,
-    /// Lines that were put aside in this step.
-    faults: Vec<u32>,
-    thawed: Vec<u32>,
-    pub(crate) pace: pace::Scratch,
-    settle: settle::Scratch,
-}
-
-impl Scratch {
-    /// See [`super::Scratch::start_from`]. In the copy no body is marked as dragged, as in a world that was restored.
-    pub(super) fn start_from(&mut self, from: &Self, bodies: &mut Bodies) {
-        self.pace.dragged.clear();
-        for row in &from.pace.dragged {
-            if let Some(body) = bodies.rows.at_mut(*row) {
-                body.dragged = false;
-            }
-        }
-    }
-
-    /// The tied particles, for the solver.
-    pub(crate) fn tied<'a>(&'a mut self, pace: Pace, particles: &'a mut Particles) -> Tied<'a> {
-        let Self { tied, meetings, pace: scratch, .. } = self;
-        Tied { pace, particles, tied, meetings, scratch }
-    }
-}
 
 /// Finds what particles meet, moves those that are free, and wakes what is touched.
 pub(crate) fn meet_shapes(
@@ -280,9 +234,4 @@ fn release(sets: &mut Sets<'_>, s: &mut Scratch) {
 
 fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 particles")
-}
-
-/// Moves in this step.
-pub(super) const fn moves(particle: &Particle) -> bool {
-    !particle.frozen && !particle.faulted
 }

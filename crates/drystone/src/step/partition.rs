@@ -8,8 +8,8 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use super::narrowphase::{self, Change};
-use super::sensor;
+use super::narrowphase::change::Change;
+use super::{narrowphase, sensor};
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, for_ranges, for_runs, grain};
@@ -43,7 +43,7 @@ pub(crate) struct Scratch {
 /// Applies the changes that narrowphase listed: who is met wakes; then all workers look what the changes come to; then that is
 /// carried out.
 pub(crate) fn apply_touch_changes(
-    found: &narrowphase::Scratch,
+    found: &narrowphase::scratch::Scratch,
     shapes: &Shapes,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,

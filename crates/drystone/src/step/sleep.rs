@@ -8,14 +8,15 @@
 //! Where bodies freeze one by one, those touched by awake ones are looked at in every step.
 
 pub(crate) mod freeze;
+pub(crate) mod drives;
 
+use self::drives::drives_of;
 use super::context::StepContext;
-use super::finalize::Note;
+use super::notes::Note;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
-use crate::state::drives::Drives;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
@@ -131,16 +132,6 @@ pub(crate) fn rest_still_islands(
             split_island(island, step, sets);
         }
     }
-}
-
-/// What tells who is driven.
-fn drives_of<'a>(
-    sets: &'a Sets<'_>,
-    shapes: &'a Shapes,
-    (spacing, length): (f32, f32),
-) -> Drives<'a> {
-    let Sets { bodies, joints, contacts, .. } = sets;
-    Drives { bodies, shapes, joints, contacts, length, spacing }
 }
 
 /// How long the bodies of islands have been still.

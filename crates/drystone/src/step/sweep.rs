@@ -13,10 +13,10 @@ mod stops;
 mod ways;
 
 use self::asks::Asks;
-use self::ways::{Ways, pose_of};
+use self::ways::{Ways, pose_of, put};
 use super::context::StepContext;
-use super::finalize::{Flight, Need, most_moved};
 use super::hooks::Hooks;
+use super::notes::Flight;
 use super::one_way;
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
@@ -27,7 +27,7 @@ use crate::base::quat::Quat;
 use crate::base::sparse::Sparse;
 use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
-use crate::state::bodies::{Bodies, Body, NONE, Track};
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::contacts::{Contacts, Watch};
 use crate::state::events::SensorEvent;
@@ -148,36 +148,6 @@ pub(crate) fn stop_fast_bodies<'a>(
     }
     for flight in fast {
         flight_of.set(flight.row, NONE);
-    }
-}
-
-/// Puts a body elsewhere than where it came to.
-fn put(
-    ctx: &StepContext,
-    row: u32,
-    pose: Pose,
-    bodies: &mut Bodies,
-    shapes: &mut Shapes,
-    bounds: &mut Bounds,
-) {
-    let body = bodies.at_mut(row);
-    let (center, rotation) = (body.center, body.rotation);
-    (body.center, body.rotation, body.room) = (pose.position, pose.rotation, 0.0);
-    let moved = Track::at_least(most_moved(body, center, rotation) * ctx.per_track);
-    let way = &mut bodies.tracks[row as usize].way;
-    *way = way.wrapping_add(moved);
-    for i in 0..bodies.at(row).shapes.len() {
-        let body = bodies.at(row);
-        let shape = body.shapes[i];
-        if !shapes.at(shape).enabled {
-            continue;
-        }
-        let need = Need::of_shape(shapes, shape, body, ctx);
-        let fits = need.fits();
-        if !shapes.at(shape).fat.contains(&fits) {
-            let fat = need.with_room(&fits, body, ctx);
-            bounds.replace(shape, fat, shapes);
-        }
     }
 }
 

@@ -22,8 +22,8 @@ use crate::state::reports::PackedReports;
 use crate::state::shapes::{Here, ShapeRow};
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;
-use crate::step::finalize::Need;
 use crate::step::partition;
+use crate::step::reach::Need;
 
 impl World {
     /// Adds a body with its shapes.

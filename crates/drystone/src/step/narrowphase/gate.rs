@@ -1,7 +1,7 @@
 //! Which contacts a pair lets act, where that is asked in each step: of surfaces that hold from one side only, and of shapes
 //! with hooks.
 
-use super::Pairs;
+use super::lent::Pairs;
 use crate::base::disjoint::Rows;
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::pose::Pose;
@@ -11,7 +11,8 @@ use crate::state::contacts::{Contact, Softened};
 use crate::state::shapes::{PairSurface, ShapeRow};
 use crate::step::context::StepContext;
 use crate::step::hooks::{HookedContact, Hooks, Motion, Surface};
-use crate::step::one_way::{self, Fronts};
+use crate::step::one_way;
+use crate::step::one_way::Fronts;
 
 /// What decides over the contacts of a pair.
 pub(super) struct Gate<'a> {

@@ -1,6 +1,6 @@
 //! Manifolds that are kept, and what a new one takes over from the old one: impulses, and what the contact gave under its load.
 
-use super::settling::settle;
+use super::settling::{answer, settle};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Body, NONE};
@@ -84,15 +84,6 @@ pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &
         p.base += gave;
         p.separation += gave;
     }
-}
-
-/// How much speed an impulse of 1 N s along `n` at `r` from the center gives a body there [1/kg].
-pub(super) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {
-    if !body.is_dynamic() {
-        return 0.0;
-    }
-    let arm = r.cross(n);
-    (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
 }
 
 /// The impulse of the old point that a new one continues, and takes it away from it: the one of the same

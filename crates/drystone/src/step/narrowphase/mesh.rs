@@ -1,10 +1,13 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
+use super::change::Change;
 use super::gate::{Admitted, Gate};
-use super::keep::keep_load;
+use super::keep::{keep_load, recycle};
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, list_for_solver, rebuild, recycle, seams, turn_ahead};
+use super::rebuild::{FAR_TURN, Look, rebuild};
+use super::seams;
+use super::turns::{list_for_solver, turn_ahead};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;

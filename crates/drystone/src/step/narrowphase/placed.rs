@@ -8,7 +8,7 @@
 //! Reads: bodies, contacts that carry, what manifolds changed. Writes: contacts (impulses, what they gave), loads of bodies. Runs: on the
 //! caller, over contacts whose first points are of this step. Bodies on joints are left out: those bear, too.
 
-use super::Change;
+use super::change::Change;
 use super::settling::{is_still, settle_at_once};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Bodies, Body};

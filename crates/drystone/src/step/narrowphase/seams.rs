@@ -13,7 +13,7 @@
 //! make one, body by body; parallel over contacts in doubt, which are only read; then serially over what is
 //! taken away.
 
-use super::Change;
+use super::change::Change;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;

@@ -4,15 +4,25 @@
 //! With a stiffer one a tall stack swings, for one sweep does not spread its load. So the spring stays, and the surface that it starts from
 //! moves out slowly, until what lies there is no deeper than its thickness allows. See docs/decisions/040-thin-stacks.md.
 
-use super::keep::answer;
+use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Point, Traits};
 use crate::step::context::{GIVES, StepContext};
-use crate::step::solver::softness::Softness;
+use crate::step::softness::Softness;
+
+/// How much speed an impulse of 1 N s along `n` at `r` from the center gives a body there [1/kg].
+pub(crate) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {
+    if !body.is_dynamic() {
+        return 0.0;
+    }
+    let arm = r.cross(n);
+    (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
+}
 
 /// Time in which the excess of depth falls to a third, for each weight of the bodies that it bears [s], at least and at most [s]. A stack
 /// swings the slower the higher it is, one of fifty once in 0.6 s, and must not be stirred.
 const TIME: f32 = 0.04;
+
 const TIMES: [f32; 2] = [0.05, 4.0];
 
 /// It stays where it is while the two move against each other faster than by so many times what it moves itself.

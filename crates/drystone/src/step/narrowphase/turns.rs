@@ -1,7 +1,7 @@
 //! What the solver is told of a contact: how far its bodies turn, against each other and together (docs/derivations/friction.md, "What turns
 //! together"), and whether it may be parted.
 
-use super::Change;
+use super::change::Change;
 use crate::base::math::Vec3;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Body, NONE};
@@ -89,7 +89,7 @@ pub(super) fn list_for_solver(
     list_parting(ctx, (row, contact), out);
 }
 
-impl super::Scratch {
+impl super::scratch::Scratch {
     /// Whether the bodies of some contact turn together, some contact may be parted, and some gets a blow.
     pub(crate) fn listed(&self) -> [bool; 3] {
         let mut listed = [false; 3];

@@ -239,7 +239,8 @@ mod tests {
     use crate::state::contacts::{Lent, Probe};
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
-    use crate::step::narrowphase::{chord, look_ahead};
+    use crate::step::narrowphase::look_ahead;
+    use crate::step::narrowphase::rebuild::chord;
     use crate::step::reach::speculative_margin;
     use crate::world::World;
 

@@ -28,7 +28,7 @@ use crate::base::wide::{
 };
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{LinkColor, ParticleLine};
-use crate::step::solver::rows::read_lanes;
+use crate::step::solver_body::read_lanes;
 
 /// Most times that a pass looks anew which threads are slack.
 const ROUNDS: usize = 4;

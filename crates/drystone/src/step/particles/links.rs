@@ -14,8 +14,8 @@ use crate::base::wide::{
     LANES, Vec3w, Wide, above, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
 use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
-use crate::step::solver::rows::read_lanes;
-use crate::step::solver::softness::Softness;
+use crate::step::softness::Softness;
+use crate::step::solver_body::read_lanes;
 
 /// Velocities, ways and inverse masses of a block's particles.
 struct Ends<S: Simd> {

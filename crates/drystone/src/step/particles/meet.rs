@@ -11,6 +11,11 @@ use crate::state::particles::Particle;
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
 
+/// Moves in this step.
+pub(crate) const fn moves(particle: &Particle) -> bool {
+    !particle.frozen && !particle.faulted
+}
+
 /// Most shapes that a particle meets in a step; of more, the nearest.
 pub(super) const MOST: usize = 6;
 

@@ -22,7 +22,7 @@ use crate::base::wide::{
 };
 use crate::state::bodies::Bodies;
 use crate::state::particles::Touch;
-use crate::step::solver::rows::{
+use crate::step::solver_body::{
     Velocity, Whitening, load_motion, load_velocity, read_lanes, store_velocity,
 };
 
@@ -32,6 +32,7 @@ const PUSH_OUT: f32 = 0.2;
 /// Colors of the contacts with bodies that can be pushed. The last is a crowd: of a body with more contacts than
 /// there are colors, those beyond go one by one.
 const PUSHING: usize = 64;
+
 const CROWD: usize = PUSHING - 1;
 
 /// Colors of all contacts: with what cannot be pushed, a particle's first is of the first color, and so on.

@@ -9,9 +9,8 @@ use crate::base::disjoint::{Apart, Rows};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
-use crate::step::solver::closing::SHORTEST_OF_PARTICLES;
-use crate::step::solver::integrate::three;
-use crate::step::solver::rows::{Line, Whitening};
+use crate::step::caps::SHORTEST_OF_PARTICLES;
+use crate::step::solver_body::{Line, Whitening, three};
 
 /// Part of the gap of an attachment that a substep takes out.
 const CLOSE: f32 = 0.8;

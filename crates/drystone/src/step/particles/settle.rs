@@ -3,8 +3,8 @@
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::fly::{is_computable, put_aside};
-use super::meet::Around;
-use super::{Scratch as Stage, moves};
+use super::meet::{Around, moves};
+use super::scratch::Scratch as Stage;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::id::LinkId;
 use crate::base::jobs::{Jobs, collect_ranges, grain};

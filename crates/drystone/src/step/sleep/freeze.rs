@@ -13,7 +13,7 @@ use crate::state::config::SleepConfig;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
-use crate::step::solver::integrate;
+use crate::step::solver::body::integrate;
 
 /// Energy below which a body is at rest, in parts of what gravity gives it in a step. All of it, the paper's,
 /// is 0.16 m/s at 60 Hz: what begins to tip over its edge is slower for longer than sleep asks for.
@@ -23,6 +23,7 @@ const ENERGY: f32 = 0.1;
 /// which times its size the torque may); of its load if that is more: deep in a pile no force has a unique
 /// answer, and with a part of the weight a thousand cubes woke each other for ever.
 const CARRIED: f32 = 0.5;
+
 const CHANGE: f32 = 0.3;
 
 /// Part of the time of sleep after which what was woken by its load may freeze again, if it has not moved: it was
@@ -140,7 +141,9 @@ pub(super) fn freeze(
         let body = sets.bodies.at(*row);
         let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
         let may = still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true);
-        if may && super::drives_of(sets, shapes, (spacing, ctx.length)).driver(*row).is_none() {
+        if may
+            && super::drives::drives_of(sets, shapes, (spacing, ctx.length)).driver(*row).is_none()
+        {
             (s.may[*row as usize], s.waits[*row as usize]) = (true, true);
             s.rows.push(*row);
         }

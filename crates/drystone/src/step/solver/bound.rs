@@ -15,22 +15,23 @@
 
 mod contacts;
 
-use super::Solver;
-use super::closing::Caps;
-use super::forest::Tree;
-use super::integrate::three;
-use super::joint::JointSweep;
-use super::layout::Layout;
-use super::plan::{DISTANCE, Group, number};
-use super::six::shift;
-use super::sixdof::SixBlock;
-use super::spring::Push;
+use super::joint::six_dof::block::SixBlock;
+use super::joint::six_dof::drive::Push;
+use super::joint::sweep::JointSweep;
+use super::lent::Solver;
+use super::plan::forest::Tree;
+use super::plan::group::{Group, number};
+use super::plan::joint_class::DISTANCE;
+use super::plan::layout::Layout;
+use super::vec6::shift;
 use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Lanes, at};
 use crate::state::bodies::{Fineness, NONE};
 use crate::state::method::Pass;
+use crate::step::caps::Caps;
+use crate::step::solver_body::three;
 
 /// Part of an island's energy that its impulses may add in a second without being asked for more [1/s]. A soft joint that turns with its
 /// load at θ' holds (θ'/ω)² of the motion's energy, and gives it back at no more than θ' times that: this much at 22 rad/s and 72 Hz.

@@ -8,307 +8,57 @@
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
-mod bins;
 mod bound;
 mod work;
-pub(crate) mod softness;
-pub(crate) mod closing;
-pub(crate) mod rows;
-pub(crate) mod contact;
-pub(crate) mod joint;
-pub(crate) mod sixdof;
-mod held;
-mod spring;
-pub(crate) mod inertia;
-pub(crate) mod integrate;
 mod classic;
-mod blow;
-mod coupling;
-mod fineness;
 mod impact;
-mod pack;
-mod pack_extra;
-mod pack_joint;
-mod pack_sixdof;
-mod parting;
-mod passes;
-mod pinned;
-mod root;
-mod layout;
-mod lines;
 mod plan;
-mod reflect;
-mod renew;
-mod turning;
-mod rooms;
 mod rounds;
-mod forest;
-pub(crate) mod spin;
-mod strokes;
-mod survey;
-mod swing;
-mod tally;
-mod six;
-mod together;
-mod turns;
-mod tree;
-mod tree_six;
-mod touch;
-mod unpack;
-
-pub(crate) use self::tally::Given;
+mod passes;
+mod totals;
+mod vec6;
+mod with_particles;
+pub(crate) mod body;
+pub(crate) mod contact;
+pub(crate) mod input;
+pub(crate) mod joint;
+pub(crate) mod lent;
+pub(crate) mod pass;
+pub(crate) mod scratch;
+pub(crate) mod totals_rows;
+pub(crate) mod tree;
 
 use fearless_simd::dispatch;
 
-use self::contact::Sweep;
-use self::coupling::CouplingRow;
-use self::impact::Impacts;
-use self::inertia::{Frames, Squeeze};
-use self::integrate::Aux;
-use self::joint::JointSweep;
-use self::parting::Parting;
-use self::plan::{Group, Plan};
-use self::rooms::{Blocks, Rooms};
-use self::rounds::BodyState;
-use self::rows::{ContactBlock, Extra, JointBlock, JointRest, Line, Whitening};
-use self::sixdof::SixBlock;
-use self::softness::Softness;
-use self::strokes::Progress;
-use self::tally::{Askers, ContactTally, JointTally, Peaks, TreeTally, Watch};
-use self::tree::{TreeBody, TreeRow};
-use self::work::Bound;
+use self::body::integrate;
+use self::body::island_motion::Frames;
+use self::body::row::Aux;
+use self::body::squeeze::Squeeze;
+use self::body::state::BodyState;
+use self::contact::arena::{Blocks, Rooms};
+use self::contact::sweep::Sweep;
+use self::contact::{store, sweep};
+use self::input::Input;
+use self::joint::sweep::JointSweep;
+use self::lent::Solver;
+use self::pass::Progress;
+use self::plan::group::Group;
+use self::scratch::Scratch;
+use self::totals_rows::Askers;
 use super::context::StepContext;
-use crate::base::bit_set::BitSet;
+use super::particles::tied::Tied;
+use super::softness::Softness;
+use super::solver_body::{Line, Whitening};
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each_in_room, for_shares};
 use crate::base::math::Vec3;
 use crate::geometry::collide::MeshScratch;
-use crate::state::bodies::{Bodies, Fineness};
+use crate::state::bodies::Fineness;
 use crate::state::colors::Colors;
-use crate::state::contacts::{Contacts, Slots, Softened};
-use crate::state::islands::Islands;
-use crate::state::joints::{Joint, Joints};
+use crate::state::contacts::Contacts;
+use crate::state::joints::Joints;
 use crate::state::method::{Method, Pass};
-use crate::state::shapes::Shapes;
-use crate::step::narrowphase;
-use crate::step::particles::pace::Tied;
-
-/// The solver's memory, kept from step to step so that a warm step allocates nothing.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
-    plan: Plan,
-    pub(crate) line_of: Vec<u32>,
-    pub(crate) lines: Vec<Line>,
-    pub(crate) whitening: Vec<Whitening>,
-    pub(crate) aux: Vec<Aux>,
-    acceleration: Vec<Vec3>,
-    pub(crate) squeezes: Vec<Squeeze>,
-    /// Of bodies whose step is taken in rounds, and of those that turn far.
-    states: Vec<BodyState>,
-    /// Of each group.
-    frames: Vec<Frames>,
-    /// One for each group, while some body turns far.
-    meshes: Vec<MeshScratch>,
-    blocks: Vec<ContactBlock>,
-    extras: Vec<Extra>,
-    /// Steps since the last one in which they were needed.
-    plain: u32,
-    /// Steps since the last impacts or blows.
-    calm: u32,
-    /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
-    partings: Vec<Parting>,
-    ways: Vec<Line>,
-    /// Steps since the last one in which they were needed.
-    unparted: u32,
-    joints: Vec<JointBlock>,
-    joint_rests: Vec<JointRest>,
-    sixdofs: Vec<SixBlock>,
-    couplings: Vec<CouplingRow>,
-    bounds: Vec<Bound>,
-    tree_gains: Vec<f64>,
-    tree_bodies: Vec<TreeBody>,
-    tree_rows: Vec<TreeRow>,
-    /// One for each group, while some contact can bounce.
-    impacts: Vec<Impacts>,
-    /// Whether nothing pushed a line in this step, where that is known; or empty: see [`Self::flew`].
-    free: Vec<Option<bool>>,
-    /// A bit for each lane of a block whose touch is new.
-    begun: Vec<u8>,
-    /// How far groups are that keep pace with particles.
-    progress: Vec<Progress>,
-    /// One for each block: whose impulses are summed. Sums of others mean nothing.
-    watches: Vec<Watch>,
-    tallies: Vec<ContactTally>,
-    /// One for each block, while somebody asks.
-    peaks: Vec<Peaks>,
-    /// One for each lane of a block, while some contact can bounce.
-    /// While something can break.
-    joint_tallies: Vec<JointTally>,
-    six_tallies: Vec<JointTally>,
-    tree_tallies: Vec<TreeTally>,
-    /// Of the methods that run over rows one by one.
-    classic: classic::Scratch,
-    /// Sweeps over the contacts in the last step.
-    pub(crate) sweeps: u32,
-}
-
-/// Room is kept for so many steps after it was needed last.
-const KEPT_STEPS: u32 = 60;
-
-/// The same for impacts: before what they hit falls asleep, after which no step counts.
-const CALM_STEPS: u32 = 20;
-
-/// Room for so many contacts is kept where nothing is hit.
-const KEPT_ROOM: usize = 512;
-
-impl Scratch {
-    /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
-    fn make_extras(&mut self, has_extras: bool) {
-        let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
-        self.extras.resize_with(if has_extras { blocks } else { 0 }, Extra::default);
-        if Self::is_over(&mut self.plain, has_extras, KEPT_STEPS) {
-            self.extras = Vec::new();
-        }
-        self.free.clear();
-        self.free.resize(if has_extras { lines } else { 0 }, None);
-    }
-
-    /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
-    fn make_impacts(&mut self, collides: bool) {
-        let room = || self.impacts.iter().map(Impacts::room).sum::<usize>();
-        if Self::is_over(&mut self.calm, collides, CALM_STEPS) && room() > KEPT_ROOM {
-            self.impacts = Vec::new();
-        }
-        if collides {
-            let groups = self.plan.groups.len().max(self.impacts.len());
-            self.impacts.resize_with(groups, Impacts::default);
-        }
-    }
-
-    /// Counts the steps since something was needed; true if room for it is to be given back now.
-    const fn is_over(since: &mut u32, is_needed: bool, steps: u32) -> bool {
-        *since = if is_needed { 0 } else { since.saturating_add(1) };
-        *since == steps
-    }
-
-    /// See [`crate::step::Scratch::start_from`]. What is told of the last step is that of `from`.
-    pub(crate) fn start_from(&mut self, from: &Self) {
-        self.plan.forget();
-        self.sweeps = from.sweeps;
-        self.classic.start_from(&from.classic);
-    }
-
-    /// True if nothing pushed the body of this line though something was near that it can bounce off: it
-    /// flew, and must keep its energy.
-    pub(crate) fn flew(&self, line: usize) -> bool {
-        matches!(self.free.get(line), Some(Some(true)))
-    }
-
-    /// How fast overlaps that are parted move the body of a row [m/s].
-    pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
-        let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
-        self.aux.get(line).map_or(0.0, Aux::parting)
-    }
-
-    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
-    /// too many for it.
-    pub(crate) fn residual(&self) -> (f64, bool) {
-        (self.classic.residual, self.classic.too_large)
-    }
-
-    /// Room for the rows of joints, couplings and trees.
-    fn make_joint_rows(&mut self) {
-        self.joints.resize_with(self.plan.joints.owners.len(), JointBlock::default);
-        self.joint_rests.resize_with(self.plan.joints.owners.len(), JointRest::default);
-        self.sixdofs.resize_with(self.plan.sixdofs.owners.len(), SixBlock::default);
-        self.couplings.resize(self.plan.couplings.len(), CouplingRow::default());
-        self.plan.bins.begin(&mut self.bounds);
-        self.tree_gains.resize(self.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
-        self.tree_bodies.resize(self.plan.forest.bodies.len(), TreeBody::default());
-        self.tree_rows.resize(self.plan.forest.joints.len(), TreeRow::default());
-    }
-
-    /// Contact rows that were pressed together for the first time.
-    pub(crate) fn begun(&self) -> impl Iterator<Item = u32> + Clone {
-        let pressed =
-            self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);
-        let blocks = pressed.flat_map(|(bits, owners)| {
-            (0_u8..).zip(owners).filter(move |(lane, _)| bits >> lane & 1 == 1).map(|(_, row)| *row)
-        });
-        blocks.chain(self.classic.begun.iter().copied())
-    }
-}
-
-/// The solver's rows as lent to the groups: each touches its own.
-#[derive(Clone, Copy, Debug)]
-struct Solver<'a> {
-    ctx: &'a StepContext,
-    method: &'a Method,
-    bodies: &'a Bodies,
-    shapes: &'a Shapes,
-    plan: &'a Plan,
-    line_of: &'a [u32],
-    lines: Rows<'a, Line>,
-    whitening: Rows<'a, Whitening>,
-    aux: Rows<'a, Aux>,
-    acceleration: Rows<'a, Vec3>,
-    squeezes: Rows<'a, Squeeze>,
-    /// Empty unless some body turns far, or a group takes its step in rounds, and which one this is.
-    states: Rows<'a, BodyState>,
-    round: u32,
-    frames: Rows<'a, Frames>,
-    meshes: Rows<'a, MeshScratch>,
-    blocks: Blocks<'a>,
-    /// Empty, or one for each block.
-    extras: Rows<'a, Extra>,
-    has_extras: bool,
-    /// Some contact that does not bounce may get a blow: see [`narrowphase::blows`].
-    blows: bool,
-    /// Some contact's bodies turn together: see [`narrowphase::corotates`].
-    turning: Option<&'a BitSet>,
-    /// Some contact may be parted: only then `partings` and `ways` have rows.
-    parts: bool,
-    partings: Rows<'a, Parting>,
-    ways: Rows<'a, Line>,
-    joints: Rows<'a, JointBlock>,
-    joint_rests: Rows<'a, JointRest>,
-    sixdofs: Rows<'a, SixBlock>,
-    couplings: Rows<'a, CouplingRow>,
-    bounds: Rows<'a, Bound>,
-    tree_gains: Rows<'a, f64>,
-    tree_bodies: Rows<'a, TreeBody>,
-    tree_rows: Rows<'a, TreeRow>,
-    /// Empty where `extras` is, as are `free`.
-    impacts: Rows<'a, Impacts>,
-    free: Rows<'a, Option<bool>>,
-    begun: Rows<'a, u8>,
-    progress: Rows<'a, Progress>,
-    askers: Askers<'a>,
-    watches: Rows<'a, Watch>,
-    tallies: Rows<'a, ContactTally>,
-    peaks: Rows<'a, Peaks>,
-    /// Empty where `extras` is.
-    /// Empty unless something can break.
-    joint_tallies: Rows<'a, JointTally>,
-    six_tallies: Rows<'a, JointTally>,
-    tree_tallies: Rows<'a, TreeTally>,
-    contacts: Slots<'a>,
-    softened: &'a [Softened],
-    joint_slots: Rows<'a, Option<Joint>>,
-}
-
-/// The tables that the solver reads only.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Input<'a> {
-    pub(crate) bodies: &'a Bodies,
-    pub(crate) shapes: &'a Shapes,
-    pub(crate) islands: &'a Islands,
-    /// Which contacts close fast.
-    pub(crate) closing: &'a narrowphase::Scratch,
-    /// Some body or joint can break: what contacts and joints give is summed up.
-    pub(crate) breakage: bool,
-}
 
 /// Runs the method's passes. Poses are written by finalize, from the lines. There is a context for each
 /// [`Fineness`](crate::state::bodies::Fineness) of islands.
@@ -331,7 +81,7 @@ pub(crate) fn solve(
     s.watches.clear();
     if method.is_classic() {
         classic::solve(ctx, method, input, joints, contacts, colors, s);
-        together::follow(ctx, bodies, s, tied, jobs);
+        with_particles::follow(ctx, bodies, s, tied, jobs);
         return;
     }
     if s.classic.leave(&mut s.line_of) {
@@ -368,7 +118,7 @@ pub(crate) fn solve(
     s.make_extras(has_extras);
     s.make_impacts(has_extras || blows);
     s.make_joint_rows();
-    together::find_groups(&s.plan, &s.line_of, tied.scratch);
+    with_particles::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     let askers = Askers { bodies, shapes, breakage };
     s.make_tallies((breakage, askers.any()));
@@ -461,7 +211,7 @@ impl Solver<'_> {
             softness,
             relaxes: pass == Pass::Relax,
             cap: ctx.push_speed,
-            hit: contact::HIT_SPEED * ctx.length,
+            hit: sweep::HIT_SPEED * ctx.length,
             inner,
             elapsed,
         };
@@ -537,7 +287,7 @@ impl Solver<'_> {
         self.plan.contacts.for_blocks(&group.contacts, jobs, 64, |_, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
+                    store::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
                 }
             });
         });
@@ -559,7 +309,7 @@ impl Solver<'_> {
                     let block = self.blocks.read(i);
                     let begun = self.begun.row(i);
                     let when = (self.ctx, None);
-                    *begun |= unpack::store(simd, block, extra, (owners, *begun), tables, when);
+                    *begun |= store::store(simd, block, extra, (owners, *begun), tables, when);
                     self.end_tally(i);
                 }
             });

@@ -1,108 +1,135 @@
-//! Passes over the blocks of contacts: filled, swept, and summed where somebody asks.
+//! A group's way through the step, pass by pass.
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
-use fearless_simd::dispatch;
-
-use super::contact::{self, Sweep};
-use super::plan::{Group, TURNING};
-use super::{Solver, pack};
+use super::lent::Solver;
+use super::pass::{Progress, Stroke};
+use super::totals_rows::When;
 use crate::base::jobs::Jobs;
-use crate::state::contacts::Contact;
-use crate::step::context::StepContext;
+use crate::state::bodies::Fineness;
+use crate::state::method::Pass;
 
 impl Solver<'_> {
-    /// What blocks are filled from.
-    pub(super) fn pack_source<'s>(&'s self, ctx: &'s StepContext) -> pack::Source<'s> {
-        pack::Source {
-            ctx,
-            bodies: self.bodies,
-            line_of: self.line_of,
-            whitening: &self.whitening,
-            acceleration: &self.acceleration,
-            contacts: &self.contacts,
-            softened: self.softened,
-            shapes: self.shapes,
-            parts: self.parts,
-            blows: self.blows,
-            is_renewed: false,
-            turning: self.turning,
+    /// Takes a group through the whole step.
+    pub(super) fn solve(&self, number: usize, jobs: &Jobs<'_>) {
+        if self.ctx.rounds > 1 {
+            self.solve_in_rounds(number, jobs);
+        } else {
+            self.solve_once(number, jobs);
         }
     }
 
-    /// Fills the blocks; true if something bounces or gets a blow in this step.
-    pub(super) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
-        let source = self.pack_source(self.ctx);
-        let arrives = AtomicBool::new(false);
-        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
-            let mut any = false;
-            dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    let owners = &self.plan.contacts.owners[i];
-                    self.prefetch_contacts(i + 1);
-                    let block = self.blocks.row(i);
-                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-                    if batch.fixed {
-                        pack::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
-                    } else {
-                        pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
-                    }
-                    if self.round == 0 {
-                        self.watch(i, batch.class & TURNING != 0);
-                    }
-                    any |= block.arrives != 0;
-                }
-            });
-            if any {
-                arrives.store(true, Ordering::Relaxed);
-            }
-        });
-        arrives.into_inner()
-    }
-
-    /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of
-    /// them.
-    #[inline(always)]
-    pub(super) fn prefetch_contacts(&self, block: usize) {
-        let Some(owners) = self.plan.contacts.owners.get(block) else { return };
-        for &owner in owners {
-            if owner != u32::MAX {
-                self.contacts.prefetch(owner as usize, Contact::SOLVER_LINES);
-            }
+    /// Takes a group through the substeps of its context.
+    pub(super) fn solve_once(&self, number: usize, jobs: &Jobs<'_>) {
+        let mut way = self.begin(number, jobs);
+        for stroke in self.strokes() {
+            self.stroke(number, stroke, &mut way, jobs);
         }
+        self.end(number, &way, jobs);
     }
 
-    /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
-    pub(super) fn sweep_contacts(
+    /// Rows of a group, and its stored impulses.
+    pub(super) fn begin(&self, number: usize, jobs: &Jobs<'_>) -> Progress {
+        let group = &self.plan.groups[number];
+        let locked = self.prepare_lines(number, jobs);
+        self.prepare_joints(group, jobs);
+        self.prepare_couplings(group);
+        self.prepare_trees(group);
+        let arrives = self.prepare_contacts(group, jobs);
+        if self.turns(group) {
+            self.begin_turning(group);
+        }
+        if self.round == 0 {
+            self.begin_tallies(group);
+        }
+        if self.collides() {
+            let blocks = self.plan.contacts.blocks_of(&group.contacts);
+            let impacts = self.impacts.row(number);
+            impacts.begin(&self.impact_source(group), arrives, blocks, group.lines.len());
+        }
+        Progress { done: 0, kicked: true, locked }
+    }
+
+    /// The passes of a step, in their order.
+    pub(super) fn strokes(&self) -> impl Iterator<Item = Stroke> {
+        let (body, finish) = (self.method.substep(), self.method.finish());
+        let substeps = self.ctx.substeps;
+        let relaxes = self.ctx.fineness == Fineness::Struck && !body.contains(&Pass::Relax);
+        let relax: &[Pass] = if relaxes { &[Pass::Impacts, Pass::Relax] } else { &[] };
+        let passes = move |substep| body.iter().chain(relax).map(move |p| (substep, *p));
+        let steps = (0..substeps).flat_map(passes);
+        let mut passes = steps.chain(finish.iter().map(move |p| (substeps, *p))).peekable();
+        core::iter::from_fn(move || {
+            let (substep, pass) = passes.next()?;
+            // Positions and the velocities after them are one walk over the bodies.
+            let kicks = pass == Pass::Positions
+                && passes.next_if(|(_, next)| *next == Pass::Velocities).is_some();
+            Some(Stroke { substep, pass, kicks })
+        })
+    }
+
+    /// A pass over a group.
+    pub(super) fn stroke(
         &self,
-        group: &Group,
-        sweeps: &[Sweep; 2],
-        relaxes: bool,
+        number: usize,
+        stroke: Stroke,
+        way: &mut Progress,
         jobs: &Jobs<'_>,
     ) {
-        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
-            let sweep = &sweeps[usize::from(batch.fixed)];
-            dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    let (block, next) = (self.blocks.row(i), self.blocks.after(i));
-                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-                    let mut tally = self.tally(i);
-                    if relaxes && let Some(tally) = &mut tally {
-                        tally.add(block, -1.0);
-                    }
-                    if batch.fixed {
-                        contact::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);
-                    } else {
-                        contact::solve::<_, false>(simd, block, extra, next, &self.lines, sweep);
-                    }
-                    if let Some(tally) = tally {
-                        tally.add(block, 1.0);
-                        if !relaxes && self.askers.any() {
-                            self.peaks.row(i).note(block);
-                        }
+        let group = &self.plan.groups[number];
+        match stroke.pass {
+            Pass::Velocities => {
+                self.accelerate(group, jobs, stroke.substep == 0);
+                // The warm start is in them, too: impacts that follow must not send it back.
+                way.kicked = true;
+            }
+            Pass::Positions => {
+                let turns = self.turns(group);
+                if stroke.kicks && !turns {
+                    self.advance(group, jobs);
+                } else {
+                    self.drift(group, jobs);
+                }
+                (way.done, way.kicked) = (way.done + 1, stroke.kicks);
+                if turns {
+                    self.renew(number, way.done, jobs);
+                    if stroke.kicks {
+                        self.accelerate(group, jobs, false);
                     }
                 }
-            });
-        });
+            }
+            Pass::Impacts if self.collides() => {
+                self.collide(number, way.done, way.kicked, jobs);
+            }
+            pass => {
+                self.sweep(group, pass, stroke.substep, jobs);
+                self.bound(group, pass, stroke.substep);
+                // What the bound took back was never given.
+                match pass {
+                    Pass::Solve { .. } => {
+                        self.add_to_tallies(group, When::solved(stroke.substep, self.ctx.parts));
+                    }
+                    Pass::Relax => self.add_to_tallies(group, When::relaxed()),
+                    _ => {}
+                }
+            }
+        }
+        if way.locked {
+            self.hold_locked(group);
+        }
+    }
+
+    /// Overlaps that no load explains are parted; impulses to the tables.
+    pub(super) fn end(&self, number: usize, way: &Progress, jobs: &Jobs<'_>) {
+        let group = &self.plan.groups[number];
+        self.part(group, way.locked, jobs);
+        if self.collides() {
+            self.add_impacts(number);
+        }
+        if self.has_extras {
+            self.find_free(group);
+        }
+        self.store(group, jobs);
+        if self.turns(group) {
+            self.end_turning(group);
+        }
     }
 }

@@ -6,50 +6,12 @@
 //! rows of its own. (Contacts have points of the step's start, which are not moved on: an island that touches something
 //! is solved in one round.)
 
-use super::Solver;
-use super::integrate::{three, unwhitened};
-use super::plan::Group;
-use super::rows::{Line, Whitening};
+use super::body::state::BodyState;
+use super::lent::Solver;
+use super::plan::group::Group;
 use crate::base::jobs::Jobs;
 use crate::base::math::Vec3;
-use crate::base::quat::Quat;
 use crate::state::bodies::Body;
-
-/// Where a body is, and how it moves [m, m/s, rad/s; world].
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BodyState {
-    pub(super) center: Vec3,
-    pub(super) rotation: Quat,
-    pub(super) v: Vec3,
-    pub(super) w: Vec3,
-}
-
-impl BodyState {
-    pub(super) fn of(body: &Body) -> Self {
-        Self { center: body.center, rotation: body.rotation, v: body.v, w: body.w }
-    }
-
-    /// Where it is after a time [s] in which nothing changes its velocities.
-    pub(super) fn drifted(&self, time: f32) -> Self {
-        Self {
-            center: self.center + self.v * time,
-            rotation: self.rotation.turned_by(self.w * time),
-            ..*self
-        }
-    }
-
-    /// What a line that was begun here made of it.
-    #[inline(always)]
-    pub(super) fn after(&self, line: &Line, whitening: &Whitening) -> Self {
-        let (alpha, s) = (whitening.alpha(), whitening.s());
-        Self {
-            center: self.center + three(line.x) * alpha,
-            rotation: self.rotation.turned_by(s.mul(three(line.t))),
-            v: unwhitened(self.v, line, alpha),
-            w: s.mul(three(line.w)),
-        }
-    }
-}
 
 impl Solver<'_> {
     /// Takes a group through the whole step, round by round.

@@ -14,8 +14,8 @@ use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::broadphase::may_meet;
-use crate::step::finalize::Flight;
-use crate::step::narrowphase::chord;
+use crate::step::narrowphase::rebuild::chord;
+use crate::step::notes::Flight;
 
 /// Two shapes, the lower row first.
 pub(super) type Meeting = (u32, u32);

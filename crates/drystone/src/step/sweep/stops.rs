@@ -7,8 +7,7 @@
 
 use super::asks::Asks;
 use super::meetings::Meeting;
-use super::put;
-use super::ways::{Ways, pose_of};
+use super::ways::{Ways, pose_of, put};
 use crate::base::bit_set::BitSet;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::pose::Pose;
@@ -22,11 +21,10 @@ use crate::state::events::SensorEvent;
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::broadphase::rank;
 use crate::step::context::StepContext;
-use crate::step::finalize::Flight;
 use crate::step::hooks::Hooks;
 use crate::step::narrowphase::overlap;
-use crate::step::one_way;
-use crate::step::sensor;
+use crate::step::notes::Flight;
+use crate::step::{one_way, sensor};
 
 /// Who is stopped may meet another there, or be met: so many times that is asked.
 const ROUNDS: usize = 8;

@@ -4,9 +4,43 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::sparse::Sparse;
 use crate::geometry::toi::Way;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, Track};
+use crate::state::bounds::Bounds;
+use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
-use crate::step::finalize::{Flight, most_moved};
+use crate::step::finalize::most_moved;
+use crate::step::notes::Flight;
+use crate::step::reach::Need;
+
+/// Puts a body elsewhere than where it came to.
+pub(crate) fn put(
+    ctx: &StepContext,
+    row: u32,
+    pose: Pose,
+    bodies: &mut Bodies,
+    shapes: &mut Shapes,
+    bounds: &mut Bounds,
+) {
+    let body = bodies.at_mut(row);
+    let (center, rotation) = (body.center, body.rotation);
+    (body.center, body.rotation, body.room) = (pose.position, pose.rotation, 0.0);
+    let moved = Track::at_least(most_moved(body, center, rotation) * ctx.per_track);
+    let way = &mut bodies.tracks[row as usize].way;
+    *way = way.wrapping_add(moved);
+    for i in 0..bodies.at(row).shapes.len() {
+        let body = bodies.at(row);
+        let shape = body.shapes[i];
+        if !shapes.at(shape).enabled {
+            continue;
+        }
+        let need = Need::of_shape(shapes, shape, body, ctx);
+        let fits = need.fits();
+        if !shapes.at(shape).fat.contains(&fits) {
+            let fat = need.with_room(&fits, body, ctx);
+            bounds.replace(shape, fat, shapes);
+        }
+    }
+}
 
 /// Two that move less against each other than this part of the thinner one's half thickness, and were apart, are not so deep
 /// in each other that a contact does not know on which side the other is.

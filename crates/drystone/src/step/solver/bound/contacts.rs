@@ -1,11 +1,12 @@
 //! What contacts can do: overlaps that close, springs that give back, surfaces that are carried.
 
-use super::{Solver, speed_of, speeds};
+use super::{speed_of, speeds};
 use crate::base::wide::{LANES, Lanes, at};
-use crate::step::solver::integrate::three;
-use crate::step::solver::plan::Group;
-use crate::step::solver::rows::ContactBlock;
+use crate::step::solver::contact::block::ContactBlock;
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::group::Group;
 use crate::step::solver::work::Bound;
+use crate::step::solver_body::three;
 
 impl Solver<'_> {
     /// Speed of a contact's point along the normal before this substep's impulses, and in the mean.

@@ -3,9 +3,9 @@
 //! together with the velocity that it causes [Catto11].
 
 use super::rows::{Mover, Pair, PairPoint};
-use super::sweeps::Turns;
+use super::turns::Turns;
 use crate::base::math::Vec3;
-use crate::step::solver::softness::Softness;
+use crate::step::softness::Softness;
 
 /// What a sweep asks of the rows.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,7 @@ pub(super) struct Law {
 /// millimeter the bias acts in every column at rest, friction answers the velocity it makes, and that pumps a
 /// swaying of the whole column: five cubes reach 0.6 m/s in 3 s, against 1e-6 m/s without bias.
 const BAUMGARTE: f32 = 0.2;
+
 const SLOP: f32 = 5.0e-3;
 
 /// Rounds over the points of a pair in one visit. Four corners answer each other, so one round leaves the

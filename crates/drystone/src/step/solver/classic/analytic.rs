@@ -23,7 +23,7 @@ use self::implicit::Whole;
 use self::mixing::Mixing;
 use self::skyline::{SIX, Skyline};
 use super::rows::{Mover, Pair};
-use super::sweeps::Turns;
+use super::turns::Turns;
 use crate::base::double::{DVec3, greater};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
@@ -34,20 +34,26 @@ pub(super) const TOLERANCE: f64 = 1.0e-6;
 
 /// Rounds after which it gives up; steps of Newton's method in one; halvings of such a step.
 const ROUNDS: u32 = 40;
+
 const NEWTON: u32 = 60;
+
 const HALVINGS: u32 = 30;
 
 /// Stiffness ρ of the first round, over the effective mass, and its limits.
 const STIFFNESS: f64 = 1.0e4;
+
 const MOST_STIFFNESS: f64 = 1.0e6;
+
 const LEAST_STIFFNESS: f64 = 1.0;
 
 /// Sweeps over the points of a scene that is too large for the direct solve, and before rounds start anew.
 const SWEEPS: u32 = 500;
+
 const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
 
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
+
 pub(super) const SLOP: f64 = 5.0e-3;
 
 /// How it ended.

@@ -8,8 +8,8 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Bodies;
 use crate::state::joints::{Joint, Joints};
-use crate::step::solver::closing::Caps;
-use crate::step::solver::coupling::{Part, Source, Start};
+use crate::step::caps::Caps;
+use crate::step::solver::joint::coupling_row::{Part, Source, Start};
 
 /// Part of an error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;

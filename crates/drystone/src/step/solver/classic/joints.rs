@@ -6,8 +6,8 @@ use super::sixdof::Axes;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::def::JointKind;
-use crate::step::solver::closing::Caps;
-use crate::step::solver::softness::Softness;
+use crate::step::caps::Caps;
+use crate::step::softness::Softness;
 
 /// Part of a joint's error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;

@@ -14,6 +14,7 @@ mod rows;
 mod sixdof;
 mod springs;
 mod sweeps;
+pub(crate) mod turns;
 
 use self::accumulate::Law;
 use self::analytic::Analytic;
@@ -23,15 +24,14 @@ use self::levels::Graph;
 use self::rows::{Mover, Pair, PairPoint};
 use self::sixdof::Axes;
 use self::springs::Springs;
-use self::sweeps::Turns;
-use super::Input;
-use super::inertia::Squeeze;
-use super::integrate::{self, Aux};
-use super::rounds::BodyState;
-use super::rows::{Line, Whitening};
-use super::softness::{Softness, decay, exact_decay};
-use super::tally::{Askers, Given, POINTS};
-use super::unpack::approach;
+use self::turns::Turns;
+use super::body::integrate;
+use super::body::row::Aux;
+use super::body::squeeze::Squeeze;
+use super::body::state::BodyState;
+use super::contact::store::approach;
+use super::input::Input;
+use super::totals_rows::{Askers, Given, POINTS};
 use crate::base::double::greater;
 use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
@@ -43,6 +43,8 @@ use crate::state::method::{Method, Pass, Settings};
 use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
+use crate::step::softness::{Softness, decay, exact_decay};
+use crate::step::solver_body::{Line, Whitening};
 
 /// Rounds of joints and contacts of the analytic method.
 const JOINT_ROUNDS: u32 = 20;
@@ -101,11 +103,11 @@ pub(super) fn solve(
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &Colors,
-    s: &mut super::Scratch,
+    s: &mut super::scratch::Scratch,
 ) {
     let settings = method.settle().expect("options are checked when they are given");
     // The plan of blocks names lines that are not those of now.
-    s.plan = super::Plan::default();
+    s.plan = super::plan::Plan::default();
     s.begun.clear();
     let mut c = core::mem::take(&mut s.classic);
     c.was_here = true;
@@ -437,7 +439,7 @@ impl Scratch {
     }
 
     /// Motion as lines of mass and inertia one.
-    fn write_lines(&self, settings: &Settings, s: &mut super::Scratch) {
+    fn write_lines(&self, settings: &Settings, s: &mut super::scratch::Scratch) {
         let one = Whitening::new(1.0, &Sym3::diagonal(Vec3::ONE));
         let four = |v: Vec3| [v.x, v.y, v.z, 0.0];
         s.lines.clear();

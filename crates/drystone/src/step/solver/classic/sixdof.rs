@@ -6,7 +6,7 @@ use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::state::six::Six;
 use crate::state::sixdof::{JointAxis, JointMotion, JointSpring};
-use crate::step::solver::closing::Caps;
+use crate::step::caps::Caps;
 
 /// Part of an error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;

@@ -5,7 +5,7 @@
 //! other, are stiffer together (manual/methods.md).
 
 use super::rows::{Mover, Pair};
-use super::sweeps::Turns;
+use super::turns::Turns;
 use crate::base::collision::push;
 use crate::base::math::Vec3;
 

@@ -1,0 +1,399 @@
+//! Tied particles: passes in step with the solver.
+
+use fearless_simd::dispatch;
+
+use super::meet::Meeting;
+use super::pace::{BodyLines, Form, Pace, Sweep};
+use super::points::Contacts;
+use super::rows::{Ground, HoldRow, Partner};
+use super::{chain, links};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_items, for_ranges, grain};
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::base::wide::LANES;
+use crate::state::bodies::Bodies;
+use crate::state::chains::{ChainBlock, ChainRow};
+use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
+use crate::step::softness::decay;
+use crate::step::solver_body::Line;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    /// By line: of the soft form the velocity before any impulse of the substep, of the form of positions the
+    /// way at its start.
+    before: Vec<[f32; 4]>,
+    /// By number of the tied particle: velocity that forces add in a substep, and what damping leaves.
+    forces: Vec<[f32; 4]>,
+    contacts: Contacts,
+    holds: Vec<HoldRow>,
+    /// Number of the row of each attachment + 1, or 0.
+    hold_of: Vec<u32>,
+    /// Rows of the bodies that particles push or are held by in this step, ascending; and in the last one.
+    pub(crate) dragged: Vec<u32>,
+    pub(crate) released: Vec<u32>,
+    /// Of each dragged body beside a classic method: what it moves in a substep beyond its velocity.
+    own: Vec<Line>,
+    /// Groups of the solver with such bodies, ascending.
+    pub(crate) groups: Vec<usize>,
+}
+
+/// Particles that links, attachments or bodies tie, on their way through a step.
+#[derive(Debug)]
+pub(crate) struct Tied<'a> {
+    pub(crate) pace: Pace,
+    pub(crate) particles: &'a mut Particles,
+    /// Their lines.
+    pub(crate) tied: &'a [u32],
+    pub(crate) meetings: &'a [Meeting],
+    pub(crate) scratch: &'a mut Scratch,
+}
+
+impl Tied<'_> {
+    /// True if there is nothing to do.
+    pub(crate) const fn is_idle(&self) -> bool {
+        self.tied.is_empty()
+    }
+
+    /// Rows of this step, and the stored impulses.
+    pub(crate) fn begin(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
+        let pace = self.pace;
+        let s = &mut *self.scratch;
+        s.before.resize(self.particles.lines.len(), [0.0; 4]);
+        s.forces.clear();
+        for line in self.tied {
+            let (p, row) = (self.particles.at(*line), &self.particles.lines[*line as usize]);
+            let free = row.inverse_mass() > 0.0;
+            let a = if free { pace.gravity * (p.gravity_scale * pace.h) } else { Vec3::ZERO };
+            let left = if free { decay(p.damping, pace.h) } else { 1.0 };
+            s.forces.push([a.x, a.y, a.z, left]);
+            s.before[*line as usize] = row.v;
+        }
+        {
+            let Particles { colors, x, lines, .. } = &mut *self.particles;
+            // SAFETY: a color's links share no particle; the crowd, which may, is one range.
+            let lines = Rows::new(lines, unsafe { Apart::promise() });
+            for (number, color) in colors.iter_mut().enumerate() {
+                for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
+                    dispatch!(pace.level, simd => {
+                        for block in blocks {
+                            links::prepare(simd, block, x, &lines, &pace);
+                        }
+                    });
+                });
+            }
+        }
+        self.begin_holds(bodies, to);
+        self.begin_chains();
+        self.begin_contacts(bodies, to, jobs);
+    }
+
+    fn begin_holds(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
+        let s = &mut *self.scratch;
+        s.holds.clear();
+        s.hold_of.clear();
+        s.hold_of.resize(self.particles.attachments.len(), 0);
+        for i in 0..self.particles.attachments.len() {
+            let held = self.particles.attachments[i];
+            let body = bodies.at(held.body);
+            if !super::meet::moves(self.particles.at(held.line)) || body.out {
+                continue;
+            }
+            let r = body.rotation.rotate(held.anchor);
+            let gap = self.particles.position(held.line) - (body.center + r);
+            let drift = if body.is_dynamic() { Vec3::ZERO } else { body.velocity_at(r) };
+            let impulse = held.impulse * self.pace.impulse_scale;
+            let lines = &mut self.particles.lines;
+            let ground = Ground::new(&self.pace, lines, &mut s.before, to.lines, 0.0);
+            let number = u32::try_from(i).expect("fewer than 2^32 particles");
+            let partner = Partner::new(to.line_of[held.body as usize], &to.whitening);
+            let vectors = [r, gap, drift, impulse];
+            s.holds.push(HoldRow::new((held.line, number), partner, vectors, &ground));
+            s.hold_of[i] = u32::try_from(s.holds.len()).expect("fewer than 2^32 particles");
+        }
+    }
+
+    /// Chains with the impulses of their links, which themselves rest.
+    fn begin_chains(&mut self) {
+        if self.pace.form != Form::Soft {
+            return;
+        }
+        let Particles { chains, colors, .. } = &mut *self.particles;
+        for block in chains.blocks_mut() {
+            chain::begin(block, colors);
+        }
+    }
+
+    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
+        let Scratch { before, contacts, .. } = &mut *self.scratch;
+        let Particles { lines, touches, .. } = &mut *self.particles;
+        let ground = Ground::new(&self.pace, lines, before, to.lines, 0.0);
+        contacts.begin((self.meetings, touches), bodies, to, &ground, jobs);
+    }
+
+    /// Forces, and what is carried of the last substep's impulses.
+    pub(crate) fn velocities(&mut self, first: bool, jobs: &Jobs<'_>) {
+        let (pace, tied, forces) = (self.pace, self.tied, &self.scratch.forces);
+        // SAFETY: tied particles are all different.
+        let apart = unsafe { Apart::promise() };
+        let lines = Rows::new(&mut self.particles.lines, apart);
+        let before = Rows::new(&mut self.scratch.before, apart);
+        for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
+            for i in range {
+                let [x, y, z, left] = forces[i];
+                let (add, row) = ([x, y, z], tied[i] as usize);
+                let (line, was) = (lines.row(row), before.row(row));
+                for k in 0..3 {
+                    match pace.form {
+                        Form::Soft => {
+                            let keep = if first { 1.0 } else { pace.keep };
+                            let impulse = (line.v[k] - was[k]) * keep;
+                            let from = if first { was[k] } else { line.v[k] };
+                            was[k] = (from + add[k]) * left;
+                            line.v[k] = was[k] + impulse;
+                        }
+                        Form::Aim => line.v[k] = (line.v[k] + add[k]) * left,
+                        Form::Verlet => {
+                            was[k] = line.x[k];
+                            line.x[k] += (line.v[k] * pace.h + add[k] * pace.h) * left;
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Sweeps of a substep, with bias.
+    pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let elapsed = substep as f32 * self.pace.h;
+        // Particles that nothing ties to each other have no use for more than one.
+        let tied = !self.particles.links.is_empty() || !self.scratch.holds.is_empty();
+        for sweep in 0..if tied { self.pace.sweeps } else { 1 } {
+            let first = sweep == 0 && (substep > 0 || self.pace.form != Form::Soft);
+            self.sweep(Sweep::Solve { first }, elapsed, bodies, jobs);
+        }
+    }
+
+    /// The sweep without bias after `moved` [s] of the step.
+    pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+        if self.pace.form == Form::Soft {
+            self.sweep(Sweep::Relax, moved, bodies, jobs);
+        }
+    }
+
+    fn sweep(&mut self, kind: Sweep, elapsed: f32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+        let pace = &self.pace;
+        let (is_relax, first) =
+            (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
+        let Particles { colors, chains, lines, .. } = &mut *self.particles;
+        let s = &mut *self.scratch;
+        let ground = Ground::new(pace, lines, &mut s.before, bodies, elapsed);
+        let lines = ground.particles;
+        for hold in &mut s.holds {
+            hold.solve(&ground, is_relax, first);
+        }
+        if pace.form == Form::Soft {
+            for block in &mut chains.held {
+                sweep_held(block, (&mut s.holds, &s.hold_of), &ground, kind);
+            }
+            for color in &mut chains.colors {
+                let least = grain(jobs, color.len(), 1);
+                for_items(jobs, color, least, |_, blocks| {
+                    for block in blocks {
+                        sweep_chains(&mut block.rows, None, &lines, pace, kind);
+                    }
+                });
+            }
+        }
+        for (number, color) in colors.iter_mut().enumerate() {
+            for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
+                sweep_links(blocks, &lines, pace, kind);
+            });
+        }
+        s.contacts.sweep(kind, &ground, jobs);
+    }
+
+    /// Ways follow velocities for one substep, or velocities the ways.
+    pub(crate) fn positions(&mut self, jobs: &Jobs<'_>) {
+        let (pace, tied) = (self.pace, self.tied);
+        // SAFETY: tied particles are all different.
+        let apart = unsafe { Apart::promise() };
+        let lines = Rows::new(&mut self.particles.lines, apart);
+        let before = Rows::new(&mut self.scratch.before, apart);
+        for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
+            for i in range {
+                let line = lines.row(tied[i] as usize);
+                for k in 0..3 {
+                    if pace.form == Form::Verlet {
+                        line.v[k] = (line.x[k] - before.read(tied[i] as usize)[k]) * pace.inv_h;
+                    } else {
+                        line.x[k] += pace.h * line.v[k];
+                    }
+                }
+            }
+        });
+    }
+
+    /// Bounces, and the impulses that are kept.
+    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+        let s = &mut *self.scratch;
+        let Particles { lines, chains, colors, attachments, touches, .. } = &mut *self.particles;
+        let ground = Ground::new(&self.pace, lines, &mut s.before, bodies, 0.0);
+        s.contacts.bounce(&ground, jobs);
+        if self.pace.form == Form::Soft {
+            for block in chains.blocks_mut() {
+                chain::end(block, colors);
+            }
+        }
+        for hold in &s.holds {
+            attachments[hold.number as usize].impulse = hold.impulse;
+        }
+        s.contacts.store(self.meetings, touches);
+    }
+
+    /// The whole step beside bodies that have done theirs: what particles do to these comes on top of their
+    /// motion. `lines` are whitened.
+    pub(crate) fn follow(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
+        let (dragged, n) = (self.scratch.dragged.len(), self.pace.substeps);
+        // Of each dragged body: what it moves in a substep of itself, beyond its velocity.
+        let mut own = core::mem::take(&mut self.scratch.own);
+        own.clear();
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let part = 1.0 / n as f32;
+        for i in 0..dragged {
+            let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
+            let mut of = Line::default();
+            for k in 0..4 {
+                of.x[k] = line.x[k] * part - self.pace.h * line.v[k];
+                of.t[k] = line.t[k] * part - self.pace.h * line.w[k];
+            }
+            (line.x, line.t) = ([0.0; 4], [0.0; 4]);
+            own.push(of);
+        }
+        self.begin(bodies, to, jobs);
+        self.tally(0.0);
+        for substep in 0..n {
+            self.velocities(substep == 0, jobs);
+            self.solve(substep, to.lines, jobs);
+            self.positions(jobs);
+            for (i, of) in own.iter().enumerate() {
+                let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
+                for k in 0..4 {
+                    line.x[k] += of.x[k] + self.pace.h * line.v[k];
+                    line.t[k] += of.t[k] + self.pace.h * line.w[k];
+                }
+            }
+            if substep + 1 < n {
+                self.tally(1.0);
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let dt = self.pace.h * n as f32;
+        self.relax(dt, to.lines, jobs);
+        self.tally(1.0);
+        self.average(part);
+        self.end(to.lines, jobs);
+        self.scratch.own = own;
+    }
+
+    /// Adds up the impulses of holds and chains; with 0 it begins anew. Bodies that have done their step bring all of
+    /// their gravity along, so that the first substep pulls for the others: what is told of a pull is the mean.
+    fn tally(&mut self, factor: f32) {
+        for hold in &mut self.scratch.holds {
+            hold.total = (hold.total + hold.impulse) * factor;
+        }
+        for row in self.particles.chains.blocks_mut().flat_map(|block| &mut block.rows) {
+            for (total, impulse) in row.total.iter_mut().zip(row.impulse) {
+                *total = (*total + impulse) * factor;
+            }
+        }
+    }
+
+    /// The mean impulse in place of the last one: `part` of what was added up.
+    fn average(&mut self, part: f32) {
+        if self.pace.form != Form::Soft {
+            return;
+        }
+        for hold in &mut self.scratch.holds {
+            hold.impulse = hold.total * part;
+        }
+        for row in self.particles.chains.blocks_mut().flat_map(|block| &mut block.rows) {
+            for (total, impulse) in row.total.iter().zip(&mut row.impulse) {
+                *impulse = total * part;
+            }
+        }
+    }
+}
+
+/// Calls `f` with all blocks; of a crowd, which may share particles, in one piece.
+pub(crate) fn for_blocks(
+    blocks: &mut [LinkBlock],
+    crowd: bool,
+    jobs: &Jobs<'_>,
+    f: &(dyn Fn(&mut [LinkBlock]) + Sync),
+) {
+    let n = blocks.len();
+    let least = if crowd { n } else { grain(jobs, n, 32) };
+    for_items(jobs, blocks, least, |_, blocks| f(blocks));
+}
+
+/// A chain that bodies hold, after its ends.
+fn sweep_held(
+    block: &mut ChainBlock,
+    (holds, hold_of): (&mut [HoldRow], &[u32]),
+    ground: &Ground<'_>,
+    kind: Sweep,
+) {
+    let mut ends = [Sym3::ZERO; 2];
+    let mut rows = [None; 2];
+    for (side, number) in block.holds.iter().enumerate() {
+        rows[side] = number.and_then(|n| hold_of[n as usize].checked_sub(1));
+        if let Some(row) = rows[side] {
+            // Another chain may have moved the body since it was solved with the others.
+            let hold = &mut holds[row as usize];
+            hold.solve(ground, matches!(kind, Sweep::Relax), false);
+            ends[side] = hold.less();
+        }
+    }
+    let given = sweep_chains(&mut block.rows, Some(&ends), &ground.particles, ground.pace, kind);
+    for (row, p) in rows.into_iter().zip(given) {
+        if let Some(row) = row {
+            holds[row as usize].hand_on(&ground.bodies, p);
+        }
+    }
+}
+
+fn sweep_chains(
+    rows: &mut [ChainRow],
+    ends: Option<&chain::Ends>,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    kind: Sweep,
+) -> [Vec3; 2] {
+    dispatch!(pace.level, simd => match kind {
+        Sweep::Solve { first } => chain::solve(simd, rows, ends, lines, pace, first),
+        Sweep::Relax => chain::relax(simd, rows, ends, lines, pace),
+    })
+}
+
+fn sweep_links(blocks: &mut [LinkBlock], lines: &Rows<'_, ParticleLine>, pace: &Pace, kind: Sweep) {
+    dispatch!(pace.level, simd => {
+        for block in blocks {
+            if pace.form == Form::Soft && block.chained == [true; LANES] {
+                continue;
+            }
+            match (kind, pace.form) {
+                (Sweep::Relax, _) => links::relax(simd, block, lines, pace),
+                (Sweep::Solve { first }, Form::Soft) => {
+                    links::solve(simd, block, lines, pace, first);
+                }
+                (Sweep::Solve { first }, Form::Aim) => links::aim(simd, block, lines, pace, first),
+                (Sweep::Solve { first }, Form::Verlet) => {
+                    links::project(simd, block, lines, pace, first);
+                }
+            }
+        }
+    });
+}

@@ -1,0 +1,15 @@
+//! Joints that drive a body.
+
+use crate::state::drives::Drives;
+use crate::state::sets::Sets;
+use crate::state::shapes::Shapes;
+
+/// What tells who is driven.
+pub(crate) fn drives_of<'a>(
+    sets: &'a Sets<'_>,
+    shapes: &'a Shapes,
+    (spacing, length): (f32, f32),
+) -> Drives<'a> {
+    let Sets { bodies, joints, contacts, .. } = sets;
+    Drives { bodies, shapes, joints, contacts, length, spacing }
+}

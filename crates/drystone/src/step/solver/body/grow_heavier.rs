@@ -1,0 +1,120 @@
+//! Load-adaptive inertia: what is squeezed hard answers slowly, so that stacks and heavy loads do not
+//! sink into what carries them.
+//!
+//! A soft contact under a load N gives by N / (m ω²): in a tall stack the lowest contacts carry a hundred
+//! times what one body weighs, and give a hundred times as much. Shock propagation makes the bodies below
+//! infinitely heavy [Guendelman03]; this is its bounded heir. A body that is squeezed by more than a few
+//! times what it weighs has mass and inertia multiplied by s, 1 to `most`, within the solver, and
+//! forces on it keep their size, so that its acceleration is divided by s. Statics do not
+//! know mass: loads, the limits of friction and of tipping stay exact; only the answer to a change is
+//! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
+
+use super::integrate;
+use super::island_motion::{Frames, MemberMotion};
+use super::state::BodyState;
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_shares};
+use crate::state::bodies::{Body, NONE};
+use crate::state::contacts::Contact;
+use crate::step::solver::lent::Solver;
+
+/// So many contacts ahead of the one that is looked at are asked for from memory.
+const AHEAD: usize = 8;
+
+impl Solver<'_> {
+    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies and of
+    /// contacts' rows, which neither grouping nor the number of workers changes.
+    pub(crate) fn slow_heavier(&self, number: usize, jobs: &Jobs<'_>) {
+        let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
+        let (first, n) = (group.lines.start, group.lines.len());
+        let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
+        let read = |k: usize| {
+            let body = body_of(first + k);
+            MemberMotion {
+                island: body.island,
+                mass: body.mass,
+                v: body.v,
+                w: body.w,
+                heavier: self.squeezes.read(first + k).factor > body.inertia_factor,
+            }
+        };
+        // Bodies are far from each other. One worker would gain nothing by a copy of what is summed up of them.
+        let copies = jobs.workers() > 1;
+        if copies {
+            frames.members.resize(n, MemberMotion::default());
+            // SAFETY: each member is of one part.
+            let members = Rows::new(&mut frames.members, unsafe { Apart::promise() });
+            for_shares(jobs, n, 64, |part| part.for_each(|k| *members.row(k) = read(k)));
+        }
+        let member = |frames: &Frames, k: usize| if copies { frames.members[k] } else { read(k) };
+        frames.begin(n, member);
+        let mut supports = core::mem::take(&mut frames.supports);
+        supports.clear();
+        for batch in self.plan.contacts.batches[group.contacts.clone()].iter().filter(|b| b.fixed) {
+            let rows = self.plan.contacts.owners[batch.blocks.clone()].iter().flatten();
+            supports.extend(rows.copied().filter(|row| *row != NONE));
+        }
+        supports.sort_unstable();
+        for (k, row) in supports.iter().enumerate() {
+            if let Some(soon) = supports.get(k + AHEAD) {
+                self.contacts.prefetch(*soon as usize, 4);
+            }
+            if let Some(contact) = self.contacts.read(*row as usize) {
+                self.add_support(contact, frames);
+            }
+        }
+        frames.supports = supports;
+        // Joints are far away: they are asked only where no contact carries the island.
+        let members = if frames.frames.iter().all(|frame| frame.held) { 0 } else { n };
+        for k in 0..members {
+            let island = member(frames, k).island;
+            let frame = frames.of(island);
+            if !frame.held {
+                let joints = &body_of(first + k).joints;
+                frame.held = joints.iter().any(|row| self.is_to_fixed(*row));
+            }
+        }
+        for_shares(jobs, n, 64, |part| {
+            for k in part.filter(|k| member(frames, *k).heavier) {
+                let i = first + k;
+                let (body, factor) = (body_of(i), self.squeezes.read(i).factor);
+                let frame = &frames.frames[frames.place(body.island)];
+                if frame.held {
+                    let (v, w) = frame.slowed(body, factor);
+                    self.put_slowed(i, body, factor, &BodyState { v, w, ..BodyState::of(body) });
+                } else {
+                    self.put_slowed(i, body, body.inertia_factor, &BodyState::of(body));
+                }
+            }
+        });
+    }
+
+    fn put_slowed(&self, i: usize, body: &Body, factor: f32, start: &BodyState) {
+        self.put_line(i, body, factor, start, integrate::gyration(self.ctx, body, start));
+    }
+
+    /// True for a joint to what cannot be pushed.
+    fn is_to_fixed(&self, joint: u32) -> bool {
+        let free = |row: u32| self.bodies.at(row).is_dynamic();
+        let joint = self.joint_slots.read(joint as usize).as_ref();
+        joint.is_some_and(|j| !free(j.body_a) || !free(j.body_b))
+    }
+
+    /// Enters the motion of the fixed side of a contact in its island's frame.
+    fn add_support(&self, c: &Contact, frames: &mut Frames) {
+        let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
+        let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
+            // A body that was put aside may still be named by a contact.
+            [0, 0] => return,
+            [0, _] => (a, b.island),
+            _ => (b, a.island),
+        };
+        let frame = frames.of(island);
+        for p in c.points() {
+            let r = a.center + p.r_a - support.center;
+            frame.support.add(p.impulse, support.velocity_at(r), support.w);
+            frame.held |= p.impulse > 0.0;
+        }
+    }
+}

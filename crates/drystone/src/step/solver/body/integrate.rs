@@ -1,0 +1,245 @@
+//! Bodies in the solver: whitening at the step's start, forces and the carried warm start before each
+//! sweep, positions after it, and free rotation.
+
+use fearless_simd::Simd;
+
+use super::row::{Aux, FAR_TURN};
+use super::squeeze::Squeeze;
+use super::state::BodyState;
+use crate::base::disjoint::Rows;
+use crate::base::math::{Vec3, vec3};
+use crate::base::quat::Quat;
+use crate::base::sym3::Sym3;
+use crate::base::wide::{LANES, Vec3w};
+use crate::state::bodies::{Body, Fineness};
+use crate::step::context::StepContext;
+use crate::step::gyration::Spin;
+use crate::step::gyration::lanes::turned_eight;
+use crate::step::softness::decay;
+use crate::step::solver_body::{Line, Velocity, Whitening, four, three, whitened};
+
+/// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
+/// moment of 0 is an axis that cannot turn: 0 in both.
+pub(crate) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
+    if body.locks.angular != [false; 3] {
+        let rotation = rotation * body.principal;
+        return (locked_root(body, rotation, true), locked_root(body, rotation, false));
+    }
+    let m = body.moments;
+    let each = |r: f32| if r > 0.0 { 1.0 / r } else { 0.0 };
+    if m.min_element() >= m.max_element() {
+        // A ball's inertia, and a cube's, is the same about every axis.
+        let round = |r: f32| Sym3::diagonal(vec3(r, r, r));
+        let root = m.x.sqrt();
+        return (round(each(root)), round(root));
+    }
+    let root = vec3(m.x.sqrt(), m.y.sqrt(), m.z.sqrt());
+    let inverse = vec3(each(root.x), each(root.y), each(root.z));
+    let rotation = rotation * body.principal;
+    (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
+}
+
+/// As [`roots_of_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
+fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
+    let mut inertia = Sym3::rotated_diagonal(rotation, body.moments);
+    let [x, y, z] = body.locks.angular;
+    if x {
+        (inertia.xx, inertia.xy, inertia.xz) = (0.0, 0.0, 0.0);
+    }
+    if y {
+        (inertia.yy, inertia.xy, inertia.yz) = (0.0, 0.0, 0.0);
+    }
+    if z {
+        (inertia.zz, inertia.xz, inertia.yz) = (0.0, 0.0, 0.0);
+    }
+    let (d, axes) = inertia.eigen();
+    let least = 1.0e-6 * d.max_element();
+    let each = |i: f32| {
+        if i > least {
+            let r = i.sqrt();
+            if inverse { 1.0 / r } else { r }
+        } else {
+            0.0
+        }
+    };
+    Sym3::rotated_diagonal(axes, vec3(each(d.x), each(d.y), each(d.z)))
+}
+
+/// [`roots_of_inertia`] of a body with `factor` times its inertia.
+pub(crate) fn scaled_roots(body: &Body, rotation: Quat, factor: f32) -> (Sym3, Sym3) {
+    let (s, s_inv) = roots_of_inertia(body, rotation);
+    if factor > 1.0 {
+        let root = factor.sqrt();
+        return (s.scaled(1.0 / root), s_inv.scaled(root));
+    }
+    (s, s_inv)
+}
+
+/// Linear acceleration of a body by gravity and forces [m/s²].
+pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
+    ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
+}
+
+/// A dynamic body as a line, from this motion on: with `factor` times its inertia under the same forces, and what
+/// free rotation adds to its angular velocity.
+#[inline(always)]
+pub(crate) fn whiten(
+    ctx: &StepContext,
+    body: &Body,
+    factor: f32,
+    start: &BodyState,
+    gyration: Vec3,
+) -> (Line, Whitening, Aux, Vec3) {
+    let (v, w) = (start.v, start.w);
+    let alpha = 1.0 / (body.mass * factor).sqrt();
+    let (s, s_inv) = scaled_roots(body, start.rotation, factor);
+    let mut acc = acceleration(ctx, body);
+    if factor > 1.0 {
+        acc *= 1.0 / factor;
+    }
+    let line = Line { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
+    let torque = body.torque + body.step_torque;
+    #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
+    let spin = s_inv.mul(gyration) * (1.0 / ctx.substeps as f32);
+    let aux = Aux {
+        before_v: line.v,
+        before_w: line.w,
+        locked: body.locks.linear,
+        calm: false,
+        ended: false,
+        parting: 0.0,
+        add_v: four(acc * (ctx.h / alpha)),
+        add_w: four(s.mul(torque) * ctx.h + spin),
+        decay_v: decay(body.linear_damping, ctx.h),
+        decay_w: decay(body.angular_damping, ctx.h),
+    };
+    (line, Whitening::new(alpha, &s), aux, acc)
+}
+
+/// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns [rad/s].
+pub(crate) fn gyration(ctx: &StepContext, body: &Body, start: &BodyState) -> Vec3 {
+    gyrations(ctx, [(body, start)])[0]
+}
+
+/// The same of up to eight bodies.
+pub(crate) fn gyrations<'a>(
+    ctx: &StepContext,
+    bodies: impl IntoIterator<Item = (&'a Body, &'a BodyState)>,
+) -> [Vec3; LANES] {
+    let mut spins = [const { None }; LANES];
+    for (spin, (body, start)) in spins.iter_mut().zip(bodies) {
+        let gyrates = gyrates(ctx, body, start.w);
+        *spin = gyrates.then(|| (Spin { rotation: start.rotation, ..Spin::of(body) }, start.w));
+    }
+    let mut changes = turned_eight(ctx, &spins);
+    for (change, spin) in changes.iter_mut().zip(&spins) {
+        if let Some((_, w)) = spin {
+            *change -= *w;
+        }
+    }
+    changes
+}
+
+/// True if free rotation changes the angular velocity `w` in a step.
+fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
+    let m = body.moments;
+    let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
+    let slow = w.length_squared() * ctx.dt * ctx.dt < 1.0e-6;
+    !(round || slow || m.min_element() <= 0.0 || body.locks.angular != [false; 3])
+}
+
+/// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
+/// last substep, `v - before`, is done again. (In the first they are there already.)
+#[inline(always)]
+pub(crate) fn velocities(line: &mut Line, aux: &mut Aux, first: bool) {
+    for i in 0..4 {
+        let (v, w) = (line.v[i], line.w[i]);
+        let (impulse_v, impulse_w) = (v - aux.before_v[i], w - aux.before_w[i]);
+        let (from_v, from_w) = if first { (aux.before_v[i], aux.before_w[i]) } else { (v, w) };
+        aux.before_v[i] = (from_v + aux.add_v[i]) * aux.decay_v;
+        aux.before_w[i] = (from_w + aux.add_w[i]) * aux.decay_w;
+        line.v[i] = aux.before_v[i] + impulse_v;
+        line.w[i] = aux.before_w[i] + impulse_w;
+    }
+}
+
+/// The velocities of eight bodies when the substep began.
+#[inline(always)]
+pub(crate) fn load_start<S: Simd>(
+    simd: S,
+    aux: &Rows<'_, Aux>,
+    rows: &[u32; LANES],
+) -> Velocity<S> {
+    let (mut v, mut w) = ([[0.0; 4]; LANES], [[0.0; 4]; LANES]);
+    for lane in 0..LANES {
+        [v[lane], w[lane]] = aux.read(rows[lane] as usize).start();
+    }
+    Velocity { v: Vec3w::of_rows(simd, &v), w: Vec3w::of_rows(simd, &w) }
+}
+
+/// Positions follow velocities for one substep.
+#[inline(always)]
+pub(crate) fn positions(line: &mut Line, h: f32) {
+    for i in 0..4 {
+        line.x[i] += h * line.v[i];
+        line.t[i] += h * line.w[i];
+    }
+}
+
+/// Writes a line back into its body.
+#[inline(always)]
+pub(crate) fn unwhiten(
+    ctx: &StepContext,
+    line: &Line,
+    whitening: &Whitening,
+    (aux, factor): (&Aux, f32),
+    body: &mut Body,
+) {
+    if aux.ended {
+        (body.v, body.w, body.w_rest) = (three(line.v), three(line.w), three(aux.before_w));
+        (body.center, body.rotation) = (three(line.x), Quat::from(line.t));
+        return;
+    }
+    let end = BodyState::of(body).after(line, whitening);
+    (body.center, body.rotation) = (end.center, end.rotation);
+    (body.v, body.w, body.w_rest) = (end.v, end.w, Vec3::ZERO);
+    if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > FAR_TURN * FAR_TURN {
+        keep_turning_energy(body, factor, three(line.w));
+    }
+}
+
+/// Impacts were right by the inertia of the step's start. What a body that turned since then has of
+/// energy beyond what they left it is taken from its angular velocity.
+fn keep_turning_energy(body: &mut Body, factor: f32, w: Vec3) {
+    let local = (body.rotation * body.principal).unrotate(body.w);
+    let energy = local.dot(vec3(
+        local.x * body.moments.x,
+        local.y * body.moments.y,
+        local.z * body.moments.z,
+    ));
+    // Of a body that is heavier in this step, that of its own inertia.
+    let left = w.length_squared() / factor;
+    if energy > left {
+        body.w *= (left / energy).sqrt();
+    }
+}
+
+/// A change of velocity in a step that would move a body by more than this part of its size in the next
+/// one is a blow: 18 times gravity for a meter of size.
+const JOLT: f32 = 0.1;
+
+/// Takes down how a body was squeezed, whose velocity was `before` when the step began.
+pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, before: Vec3, body: &mut Body) {
+    // What an impact sends off does not rest: with a mass that is not its own it would hit others with
+    // energy that it does not have.
+    if (body.v - before).length() * ctx.dt > JOLT * body.extent {
+        (body.inertia_factor, body.load) = (1.0, 0.0);
+        body.fineness = match squeeze.fineness {
+            Fineness::Struck => Fineness::Struck,
+            _ => Fineness::Whole,
+        };
+        return;
+    }
+    (body.inertia_factor, body.fineness) = (squeeze.factor, squeeze.fineness);
+    body.load = squeeze.pressure() * ctx.inv_h;
+}

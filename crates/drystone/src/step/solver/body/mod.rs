@@ -1,0 +1,9 @@
+//! Bodies in the solver: whitened rows, their preparation and integration.
+
+pub(crate) mod grow_heavier;
+pub(crate) mod integrate;
+pub(crate) mod island_motion;
+pub(crate) mod prepare;
+pub(crate) mod row;
+pub(crate) mod squeeze;
+pub(crate) mod state;

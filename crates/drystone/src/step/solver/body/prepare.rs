@@ -1,0 +1,74 @@
+//! Bodies become lines of the solver when a group begins.
+//!
+//! Reads: bodies, the plan. Writes: the group's lines, with their whitening, forces and squeezes. Runs: parallel over
+//! lines.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use super::integrate;
+use super::squeeze::Squeeze;
+use super::state::BodyState;
+use crate::base::jobs::{Jobs, for_shares};
+use crate::base::math::Vec3;
+use crate::base::wide::LANES;
+use crate::state::bodies::Body;
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::group::Group;
+
+impl Solver<'_> {
+    /// True if a translation of one of the bodies is locked.
+    pub(crate) fn prepare_lines(&self, number: usize, jobs: &Jobs<'_>) -> bool {
+        let group = &self.plan.groups[number];
+        let n = group.lines.len();
+        let found = [false; 2].map(AtomicBool::new);
+        for_shares(jobs, n, 64, |part| {
+            let mut any = [false; 2];
+            let (first, end) = (part.start + group.lines.start, part.end + group.lines.start);
+            for eight in (first..end).step_by(LANES) {
+                let rows = &self.plan.members[eight - 1..(eight + LANES).min(end) - 1];
+                let starts: [BodyState; LANES] =
+                    core::array::from_fn(|lane| self.at_start(rows[lane.min(rows.len() - 1)]));
+                let bodies = rows.iter().map(|row| self.bodies.at(*row));
+                let gyrations = integrate::gyrations(self.ctx, bodies.clone().zip(&starts));
+                for (lane, body) in bodies.enumerate() {
+                    // What no contact squeezes is as heavy as it is.
+                    let factor =
+                        if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
+                    any[0] |= factor > body.inertia_factor;
+                    any[1] |=
+                        self.put_line(eight + lane, body, factor, &starts[lane], gyrations[lane]);
+                }
+            }
+            for (found, any) in found.iter().zip(any).filter(|(_, any)| *any) {
+                found.store(any, Ordering::Relaxed);
+            }
+        });
+        let [heavier, locked] = found.map(AtomicBool::into_inner);
+        heavier.then(|| self.slow_heavier(number, jobs));
+        locked
+    }
+
+    pub(crate) fn put_line(
+        &self,
+        i: usize,
+        body: &Body,
+        factor: f32,
+        start: &BodyState,
+        gyration: Vec3,
+    ) -> bool {
+        let (line, whitening, aux, acc) =
+            integrate::whiten(self.ctx, body, factor, start, gyration);
+        let fineness = self.ctx.fineness;
+        *self.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
+        (*self.lines.row(i), *self.whitening.row(i)) = (line, whitening);
+        (*self.aux.row(i), *self.acceleration.row(i)) = (aux, acc);
+        aux.is_locked()
+    }
+
+    /// Locked translations are taken out again: a projection after every pass.
+    pub(crate) fn hold_locked(&self, group: &Group) {
+        for i in group.lines.clone() {
+            self.aux.read(i).hold_locked(self.lines.row(i));
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! State of a body within a step.
+
+use crate::base::math::Vec3;
+use crate::base::quat::Quat;
+use crate::state::bodies::Body;
+use crate::step::solver_body::{Line, Whitening, three, unwhitened};
+
+/// Where a body is, and how it moves [m, m/s, rad/s; world].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BodyState {
+    pub(crate) center: Vec3,
+    pub(crate) rotation: Quat,
+    pub(crate) v: Vec3,
+    pub(crate) w: Vec3,
+}
+
+impl BodyState {
+    pub(crate) fn of(body: &Body) -> Self {
+        Self { center: body.center, rotation: body.rotation, v: body.v, w: body.w }
+    }
+
+    /// Where it is after a time [s] in which nothing changes its velocities.
+    pub(crate) fn drifted(&self, time: f32) -> Self {
+        Self {
+            center: self.center + self.v * time,
+            rotation: self.rotation.turned_by(self.w * time),
+            ..*self
+        }
+    }
+
+    /// What a line that was begun here made of it.
+    #[inline(always)]
+    pub(crate) fn after(&self, line: &Line, whitening: &Whitening) -> Self {
+        let (alpha, s) = (whitening.alpha(), whitening.s());
+        Self {
+            center: self.center + three(line.x) * alpha,
+            rotation: self.rotation.turned_by(s.mul(three(line.t))),
+            v: unwhitened(self.v, line, alpha),
+            w: s.mul(three(line.w)),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Passes over the blocks of contacts: filled, swept, and summed where somebody asks.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+use fearless_simd::dispatch;
+
+use super::sweep::Sweep;
+use super::{kernel, prepare, raw};
+use crate::base::jobs::Jobs;
+use crate::base::wide::LANES;
+use crate::state::contacts::Contact;
+use crate::step::context::StepContext;
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::group::Group;
+use crate::step::solver::plan::joint_class::TURNING;
+use crate::step::solver_body;
+
+impl Solver<'_> {
+    /// Notes the lines that nothing pushed, of bodies near something they can bounce off.
+    pub(crate) fn find_free(&self, group: &Group) {
+        for i in self.plan.contacts.blocks_of(&group.contacts) {
+            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            if !extra.bounces {
+                continue;
+            }
+            for lane in 0..LANES {
+                for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
+                    let bounces = line != 0 && extra.restitution[lane] > 0.0;
+                    if bounces && self.free.read(line).is_none() {
+                        let body = self.bodies.at(self.plan.members[line - 1]);
+                        let start =
+                            solver_body::whitened(body.v, self.whitening.read(line).alpha());
+                        let (aux, end) = (self.aux.read(line), self.lines.read(line));
+                        let ctx = self.ctx;
+                        *self.free.row(line) = Some(aux.flew(end, start, ctx.substeps, ctx.h));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Solver<'_> {
+    /// What blocks are filled from.
+    pub(crate) fn pack_source<'s>(&'s self, ctx: &'s StepContext) -> raw::Source<'s> {
+        raw::Source {
+            ctx,
+            bodies: self.bodies,
+            line_of: self.line_of,
+            whitening: &self.whitening,
+            acceleration: &self.acceleration,
+            contacts: &self.contacts,
+            softened: self.softened,
+            shapes: self.shapes,
+            parts: self.parts,
+            blows: self.blows,
+            is_renewed: false,
+            turning: self.turning,
+        }
+    }
+
+    /// Fills the blocks; true if something bounces or gets a blow in this step.
+    pub(crate) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
+        let source = self.pack_source(self.ctx);
+        let arrives = AtomicBool::new(false);
+        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
+            let mut any = false;
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    let owners = &self.plan.contacts.owners[i];
+                    self.prefetch_contacts(i + 1);
+                    let block = self.blocks.row(i);
+                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    if batch.fixed {
+                        prepare::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
+                    } else {
+                        prepare::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
+                    }
+                    if self.round == 0 {
+                        self.watch(i, batch.class & TURNING != 0);
+                    }
+                    any |= block.arrives != 0;
+                }
+            });
+            if any {
+                arrives.store(true, Ordering::Relaxed);
+            }
+        });
+        arrives.into_inner()
+    }
+
+    /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of
+    /// them.
+    #[inline(always)]
+    pub(crate) fn prefetch_contacts(&self, block: usize) {
+        let Some(owners) = self.plan.contacts.owners.get(block) else { return };
+        for &owner in owners {
+            if owner != u32::MAX {
+                self.contacts.prefetch(owner as usize, Contact::SOLVER_LINES);
+            }
+        }
+    }
+
+    /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
+    pub(crate) fn sweep_contacts(
+        &self,
+        group: &Group,
+        sweeps: &[Sweep; 2],
+        relaxes: bool,
+        jobs: &Jobs<'_>,
+    ) {
+        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
+            let sweep = &sweeps[usize::from(batch.fixed)];
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    let (block, next) = (self.blocks.row(i), self.blocks.after(i));
+                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    let mut tally = self.tally(i);
+                    if relaxes && let Some(tally) = &mut tally {
+                        tally.add(block, -1.0);
+                    }
+                    if batch.fixed {
+                        kernel::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);
+                    } else {
+                        kernel::solve::<_, false>(simd, block, extra, next, &self.lines, sweep);
+                    }
+                    if let Some(tally) = tally {
+                        tally.add(block, 1.0);
+                        if !relaxes && self.askers.any() {
+                            self.peaks.row(i).note(block);
+                        }
+                    }
+                }
+            });
+        });
+    }
+}

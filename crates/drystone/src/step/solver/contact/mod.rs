@@ -1,0 +1,14 @@
+//! Contacts: blocks of eight manifolds, prepared, swept, made anew within a step, and stored.
+
+pub(crate) mod arena;
+pub(crate) mod block;
+pub(crate) mod drive;
+pub(crate) mod kernel;
+pub(crate) mod part;
+pub(crate) mod parting;
+pub(crate) mod prepare;
+pub(crate) mod raw;
+pub(crate) mod renew;
+pub(crate) mod store;
+pub(crate) mod surface;
+pub(crate) mod sweep;

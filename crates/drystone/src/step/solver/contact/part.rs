@@ -1,0 +1,263 @@
+//! Overlaps that no load explains are parted: at the step's end bodies are moved, and keep their velocities.
+//!
+//! A contact gives under its load, so a depth of `load × give` is rest. What is deeper is an error: what was put there, or what
+//! an impact pressed together. Pushed out by velocities it leaves with them, and pushes of several contacts add up: twenty boxes in
+//! one place flew apart at 68 m/s. So a contact that is deeper by [`StepContext::deep`] is *parting* until that is gone: sweeps
+//! stop what approaches there and push nothing out (contact.rs), and this pass moves the bodies as if by velocities that nobody
+//! keeps [Guendelman03]. All contacts around take part, or what is moved would be pressed into the next thing.
+//!
+//! Reads: blocks, lines. Writes: lines (motion), blocks (what is still parting). Runs: over groups with a contact that is parting; over
+//! the blocks of one color after the other. Bodies on joints or in ropes are left to the sweeps: those would know nothing of it.
+//! References: docs/decisions/037-parting.md.
+
+use fearless_simd::{Simd, SimdBase, dispatch};
+
+use super::block::{ContactBlock, Extra, K};
+use super::parting::{Parting, give, is_free, lanes};
+use super::sweep::DEEP_RATE;
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Jobs, for_shares};
+use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat};
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::group::Group;
+use crate::step::solver::scratch::{KEPT_STEPS, Scratch};
+use crate::step::solver_body::{Line, Velocity, load_motion, load_velocity, store_velocity, three};
+
+/// Sweeps of the pass: as many as a step has.
+const SWEEPS: u32 = 8;
+
+impl Scratch {
+    /// Makes room for what is parted if something may be in this step. It is given back when that was not so for a while.
+    pub(crate) fn make_partings(&mut self, may_part: bool) {
+        let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
+        let count = |n: usize| if may_part { n } else { 0 };
+        self.partings.resize_with(count(blocks), Parting::default);
+        self.ways.resize_with(count(lines), Line::default);
+        if Self::is_over(&mut self.unparted, may_part, KEPT_STEPS) {
+            (self.partings, self.ways) = (Vec::new(), Vec::new());
+        }
+    }
+}
+
+impl Solver<'_> {
+    /// Parts what overlaps in a group more than its loads explain.
+    pub(crate) fn part(&self, group: &Group, locked: bool, jobs: &Jobs<'_>) {
+        let blocks = self.plan.contacts.blocks_of(&group.contacts);
+        if !self.parts || !blocks.clone().any(|i| self.blocks.read(i).parting != 0) {
+            return;
+        }
+        for i in blocks {
+            self.partings.row(i).is_ready = false;
+        }
+        for i in group.lines.clone() {
+            *self.ways.row(i) = Line::default();
+        }
+        for _ in 0..SWEEPS {
+            self.plan.contacts.for_blocks(&group.contacts, jobs, 8, |batch, blocks| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in blocks {
+                        if batch.fixed {
+                            self.part_block::<_, true>(simd, i);
+                        } else {
+                            self.part_block::<_, false>(simd, i);
+                        }
+                    }
+                });
+            });
+            if locked {
+                for i in group.lines.clone() {
+                    self.aux.read(i).hold_locked(self.ways.row(i));
+                }
+            }
+        }
+        for_shares(jobs, group.lines.len(), 64, |part| {
+            for i in group.lines.start + part.start..group.lines.start + part.end {
+                self.move_apart(i);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn part_block<S: Simd, const FIXED: bool>(&self, simd: S, i: usize) {
+        let (block, parting) = (self.blocks.row(i), self.partings.row(i));
+        if block.parting == 0 && !self.is_stirred(block) {
+            return;
+        }
+        if !parting.is_ready {
+            let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+            self.begin_parting::<S, FIXED>(simd, block, extra, parting);
+        }
+        match block.count {
+            1 => sweep::<S, FIXED, 1>(simd, block, parting, &self.ways),
+            2 => sweep::<S, FIXED, 2>(simd, block, parting, &self.ways),
+            _ => sweep::<S, FIXED, 4>(simd, block, parting, &self.ways),
+        }
+    }
+
+    /// True if a body of the block is moved.
+    fn is_stirred(&self, block: &ContactBlock) -> bool {
+        block.row_a.iter().chain(&block.row_b).any(|row| {
+            let way = self.ways.read(*row as usize);
+            way.v.iter().chain(&way.w).any(|x| *x != 0.0)
+        })
+    }
+
+    /// Works out how fast the points of a block are to part, and which of its contacts go on parting.
+    #[inline(always)]
+    fn begin_parting<S: Simd, const FIXED: bool>(
+        &self,
+        simd: S,
+        block: &mut ContactBlock,
+        extra: Option<&Extra>,
+        parting: &mut Parting,
+    ) {
+        let ctx = self.ctx;
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let rows = block.rows();
+        let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
+        let (mut load_sum, mut points) = (zero, zero);
+        for point in &block.points[..rows] {
+            load_sum += load(simd, &point.impulse);
+            points += select(above(load(simd, &point.mass), zero), one, zero);
+        }
+        let give = load_sum / max(points, one) * splat(simd, give(softness));
+        let takes = self.taking_part(block);
+        let parts = lanes(block.parting);
+        let parts = above(load(simd, &parts), zero);
+        let inv_dt = splat(simd, 1.0 / ctx.dt);
+        let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
+        let of = |load: fn(S, &Rows<'_, Line>, &[u32; LANES]) -> Velocity<S>| {
+            (load(simd, &self.lines, &block.row_a), load(simd, &self.lines, &block.row_b))
+        };
+        let (motion, velocity) = (of(load_motion), of(load_velocity));
+        let mut most = zero;
+        for j in 0..rows {
+            let point = &block.points[j];
+            let mut s = load(simd, &point.s0) + along::<S, FIXED>(simd, block, j, &motion);
+            let mut vn = along::<S, FIXED>(simd, block, j, &velocity);
+            if let Some(extra) = extra
+                && extra.drifts
+            {
+                let drift = load(simd, &extra.drift[j]);
+                (s, vn) = (s + drift * splat(simd, ctx.dt), vn + drift);
+            }
+            let mass = load(simd, &point.mass) * load(simd, &takes);
+            let excess = max(-s - give * load(simd, &block.k[K[j][j]]), zero);
+            let excess = select(above(mass, zero), excess, zero);
+            most = max(most, excess);
+            // What parts by itself is not hastened: a bounce keeps its energy.
+            let speed = min(excess * inv_dt, max(least, rate * -s));
+            let speed = max(speed - max(vn, zero), zero);
+            let wanted = select(parts, speed, zero) - max(s, zero) * inv_dt;
+            wanted.store_array(&mut parting.wanted[j]);
+            mass.store_array(&mut parting.mass[j]);
+            parting.impulse[j] = [0.0; LANES];
+        }
+        let goes_on = above(most, splat(simd, ctx.parted[usize::from(FIXED)]));
+        #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+        let goes_on = bits(goes_on) as u8;
+        block.parting &= goes_on;
+        parting.is_ready = true;
+    }
+
+    /// 1 for each lane whose bodies may be moved.
+    fn taking_part(&self, block: &ContactBlock) -> Lanes {
+        let free =
+            |line: u32| line == 0 || is_free(self.bodies.at(self.plan.members[line as usize - 1]));
+        core::array::from_fn(|lane| {
+            let is_free = free(block.row_a[lane]) && free(block.row_b[lane]);
+            f32::from(u8::from(is_free))
+        })
+    }
+
+    /// Moves a body by what was found, by no more than a part of its size.
+    fn move_apart(&self, i: usize) {
+        let way = self.ways.read(i);
+        if way.v.iter().chain(&way.w).all(|x| *x == 0.0) {
+            return;
+        }
+        let row = self.plan.members[i - 1];
+        let (extent, whitening) = (self.bodies.at(row).extent, self.whitening.read(i));
+        let (v, w) = (three(way.v) * whitening.alpha(), whitening.s().mul(three(way.w)));
+        let part = |size: f32, most: f32| if size > most { most / size } else { 1.0 };
+        let of_v = part(v.length(), DEEP_RATE * extent);
+        let of_w = part(w.length(), DEEP_RATE);
+        let (line, dt) = (self.lines.row(i), self.ctx.dt);
+        for k in 0..4 {
+            line.x[k] += dt * of_v * way.v[k];
+        }
+        if self.plan.turning.bodies.contains(row) {
+            let state = self.states.row(i);
+            state.rotation = state.rotation.turned_by(w * (dt * of_w));
+        } else {
+            for k in 0..4 {
+                line.t[k] += dt * of_w * way.w[k];
+            }
+        }
+        self.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);
+    }
+}
+
+/// How a motion of both bodies changes the separation of a point, or a velocity its speed.
+#[inline(always)]
+fn along<S: Simd, const FIXED: bool>(
+    simd: S,
+    block: &ContactBlock,
+    j: usize,
+    (a, b): &(Velocity<S>, Velocity<S>),
+) -> Wide<S> {
+    let n = Vec3w::load(simd, &block.n);
+    let point = &block.points[j];
+    let of_b = n.dot(b.v) * load(simd, &block.beta) + Vec3w::load(simd, &point.b).dot(b.w);
+    if FIXED {
+        return of_b;
+    }
+    of_b - (n.dot(a.v) * load(simd, &block.alpha) + Vec3w::load(simd, &point.a).dot(a.w))
+}
+
+/// A Gauss-Seidel sweep over a block: points part as fast as they are to, and none comes nearer than it may.
+#[inline(always)]
+fn sweep<S: Simd, const FIXED: bool, const N: usize>(
+    simd: S,
+    block: &ContactBlock,
+    parting: &mut Parting,
+    ways: &Rows<'_, Line>,
+) {
+    let zero = splat(simd, 0.0);
+    let mut a = Velocity::zero(simd);
+    if !FIXED {
+        a = load_velocity(simd, ways, &block.row_a);
+    }
+    let mut of = (a, load_velocity(simd, ways, &block.row_b));
+    let (mut speed, mut given) = ([zero; N], [zero; N]);
+    for j in 0..N {
+        speed[j] = along::<S, FIXED>(simd, block, j, &of) - load(simd, &parting.wanted[j]);
+    }
+    for _ in 0..2 {
+        for j in 0..N {
+            let old = load(simd, &parting.impulse[j]);
+            let new = max(old - load(simd, &parting.mass[j]) * speed[j], zero);
+            new.store_array(&mut parting.impulse[j]);
+            let d = new - old;
+            given[j] += d;
+            for i in 0..N {
+                speed[i] += load(simd, &block.k[K[i][j]]) * d;
+            }
+        }
+    }
+    let mut push = zero;
+    for j in 0..N {
+        push += given[j];
+        of.1.w = of.1.w + Vec3w::load(simd, &block.points[j].b) * given[j];
+        if !FIXED {
+            of.0.w = of.0.w - Vec3w::load(simd, &block.points[j].a) * given[j];
+        }
+    }
+    let push = Vec3w::load(simd, &block.n) * push;
+    of.1.v = of.1.v + push * load(simd, &block.beta);
+    store_velocity(simd, ways, &block.row_b, of.1);
+    if !FIXED {
+        of.0.v = of.0.v - push * load(simd, &block.alpha);
+        store_velocity(simd, ways, &block.row_a, of.0);
+    }
+}

@@ -1,0 +1,64 @@
+//! Overlaps that are parted: their marks.
+
+use super::block::{ContactBlock, K, PointRows};
+use super::raw;
+use crate::base::wide::Lanes;
+use crate::state::bodies::Body;
+use crate::state::contacts::Traits;
+use crate::step::softness::Softness;
+
+/// What the pass knows of a block.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parting {
+    pub(crate) is_ready: bool,
+    /// How fast each point is to part [m/s]; below 0 it may close.
+    pub(crate) wanted: [Lanes; 4],
+    /// 1/K_jj, 0 of what takes no part.
+    pub(crate) mass: [Lanes; 4],
+    pub(crate) impulse: [Lanes; 4],
+}
+
+/// True if nothing but contacts holds a body.
+pub(crate) fn is_free(body: &Body) -> bool {
+    !body.is_dynamic() || body.joints.is_empty() && !body.dragged
+}
+
+/// How much deeper a point may be than its load explains, over the mass that it bears [m/(N s)].
+pub(crate) const fn give(softness: &Softness) -> f32 {
+    softness.impulse / softness.rate
+}
+
+/// A bit for each contact that is parted, or is to be. Springs of their own are as deep as they like.
+#[cold]
+pub(crate) fn mark<const FIXED: bool>(
+    source: &raw::Source<'_>,
+    raw: &raw::Raw<'_>,
+    block: &ContactBlock,
+) -> u8 {
+    let ctx = source.ctx;
+    let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
+    let mut parting = 0;
+    for (lane, c) in raw.contacts.iter().enumerate() {
+        let count = usize::from(c.count.min(4));
+        let ends = [c.body_a, c.body_b].map(|row| source.bodies.at(row));
+        // Idle lanes have no points.
+        if !(raw.count[lane] > 0.0) || c.traits.may_soften() || !ends.into_iter().all(is_free) {
+            continue;
+        }
+        let points = &block.points[..count];
+        let load: f32 = points.iter().map(|point| point.impulse[lane]).sum();
+        let given = load / raw.count[lane] * give(softness);
+        let excess =
+            |(j, point): (usize, &PointRows)| -point.s0[lane] - given * block.k[K[j][j]][lane];
+        let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
+        if c.traits.any(Traits::PARTING) || !source.is_renewed && most > ctx.deep {
+            parting |= 1 << lane;
+        }
+    }
+    parting
+}
+
+/// 1 for each bit.
+pub(crate) fn lanes(bits: u8) -> Lanes {
+    core::array::from_fn(|lane| f32::from(bits >> lane & 1))
+}

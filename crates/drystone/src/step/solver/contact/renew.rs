@@ -1,0 +1,505 @@
+//! What turns far in a step while it touches something: its contacts get their manifolds and rows anew in each substep, or in the
+//! middle of the step if it turns little.
+//!
+//! Rows are frozen over a step, and a separation that is linear in them errs by r θ²/2 for a body that turns by θ at a lever r; so
+//! do normals, levers and the inertia. Of a pencil that turns by a radian a step nothing is right at its end, and pushing along levers
+//! that are no more made energy (of ×180). And other corners come down within the step, of which no manifold of its start
+//! knows. So bodies of contacts that narrowphase lists ([`Change::Turns`](crate::step::narrowphase::Change)) or that close fast are *turning*: after each
+//! substep they are turned as free bodies are. When their contacts are made anew, from where both bodies are then, their inertia turns
+//! with them. All others keep their rows, as that is what keeps walls steady (docs/decisions/003-frozen-rows-one-sweep.md).
+//!
+//! Bodies with joints are not taken: joints read the rotation that a line has since the step's start.
+//! References: docs/decisions/033-rows-made-anew.md.
+
+use fearless_simd::{Simd, SimdBase, dispatch};
+
+use super::block::{ContactBlock, Extra};
+use super::{prepare, raw, store};
+use crate::base::disjoint::Rows;
+use crate::base::double::DVec3;
+use crate::base::jobs::{Jobs, for_shares};
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::base::wide::{LANES, Sym3w, Vec3w, load, scatter, splat};
+use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
+use crate::geometry::manifold::Manifold;
+use crate::geometry::solid::Core;
+use crate::state::bodies::{Body, NONE};
+use crate::state::contacts::Contact;
+use crate::state::shapes::ShapeRow;
+use crate::step::context::StepContext;
+use crate::step::gyration::{Spin, rotate_freely};
+use crate::step::narrowphase::keep::{inherit_near, note_landing, share_lost};
+use crate::step::solver::body::integrate;
+use crate::step::solver::body::row::Aux;
+use crate::step::solver::body::state::BodyState;
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::group::Group;
+use crate::step::solver::plan::joint_class::{OFTEN, TURNING};
+use crate::step::solver::plan::layout::Batch;
+use crate::step::solver_body;
+use crate::step::solver_body::{Line, Whitening, load_motion};
+
+impl Solver<'_> {
+    /// True if the group has contacts that are made anew within the step.
+    pub(crate) fn turns(&self, group: &Group) -> bool {
+        self.ctx.rounds == 1 && self.turning_batches(group).next().is_some()
+    }
+
+    /// Where those contacts are.
+    fn turning_batches(&self, group: &Group) -> impl Iterator<Item = &Batch> {
+        let batches = &self.plan.contacts.batches[group.contacts.clone()];
+        batches.iter().filter(|batch| batch.class & TURNING != 0)
+    }
+
+    /// Those that are made anew after `done` substeps.
+    fn due_batches(&self, group: &Group, done: u16) -> impl Iterator<Item = &Batch> {
+        let all = self.is_middle(done);
+        self.turning_batches(group).filter(move |batch| all || batch.class & OFTEN != 0)
+    }
+
+    /// True in the middle of the step, where the contacts of all that turns are made anew.
+    fn is_middle(&self, done: u16) -> bool {
+        u32::from(done) == self.ctx.substeps.div_ceil(2)
+    }
+
+    /// Calls `f` with each block that is made anew after `done` substeps, and whether one body of each contact cannot be pushed.
+    fn for_due(
+        &self,
+        (group, done): (&Group, u16),
+        jobs: &Jobs<'_>,
+        f: impl Fn(bool, usize) + Sync,
+    ) {
+        for batch in self.due_batches(group, done) {
+            let first = batch.blocks.start;
+            for_shares(jobs, batch.blocks.len(), 2, |part| {
+                (first + part.start..first + part.end).for_each(|i| f(batch.fixed, i));
+            });
+        }
+    }
+
+    /// Their bodies that turn on their own, as lines.
+    fn turning_lines(&self, group: &Group) -> &[u32] {
+        let lines = &self.plan.turning.lines;
+        let at = |line: usize| lines.partition_point(|of| (*of as usize) < line);
+        &lines[at(group.lines.start)..at(group.lines.end)]
+    }
+
+    /// At the step's start: free rotation is done whole, so nothing of it is a change of velocity.
+    pub(crate) fn begin_turning(&self, group: &Group) {
+        for line in self.turning_lines(group) {
+            let line = *line as usize;
+            let body = self.bodies.at(self.plan.members[line - 1]);
+            *self.states.row(line) = BodyState::of(body);
+            self.aux.row(line).turn_by_torque(self.whitening.read(line), body, self.ctx.h);
+        }
+    }
+
+    /// After the positions of a substep, `done` of which are: turns the bodies, and makes contacts anew. At the step's end narrowphase
+    /// does that.
+    pub(crate) fn renew(&self, number: usize, done: u16, jobs: &Jobs<'_>) {
+        let group = &self.plan.groups[number];
+        if u32::from(done) >= self.ctx.substeps {
+            self.turn_all(group, jobs, |_| false);
+            return;
+        }
+        let elapsed = f32::from(done) * self.ctx.h;
+        let due = (group, done);
+        let (all, often) = (self.is_middle(done), &self.plan.turning.often);
+        self.for_due(due, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
+        self.turn_all(group, jobs, |line| all || often.contains(self.plan.members[line - 1]));
+        self.for_due(due, jobs, |_, i| {
+            for owner in self.plan.contacts.owners[i] {
+                if owner != NONE {
+                    self.collide_again(owner, elapsed);
+                }
+            }
+        });
+        // With meshes one by one, for what they are collected in.
+        let scratch = self.meshes.row(number);
+        for batch in self.due_batches(group, done) {
+            for i in batch.blocks.clone() {
+                for owner in self.plan.contacts.owners[i].into_iter().filter(|row| *row != NONE) {
+                    self.collide_mesh_again(owner, elapsed, scratch);
+                }
+            }
+        }
+        let ctx = StepContext { impulse_scale: 1.0 / self.ctx.store_scale(), ..*self.ctx };
+        self.for_due(due, jobs, |fixed, i| self.put_rows(&ctx, fixed, i, elapsed));
+    }
+
+    /// Turns the group's bodies by a substep; `anew` tells whose rows are made anew then.
+    fn turn_all(&self, group: &Group, jobs: &Jobs<'_>, anew: impl Fn(usize) -> bool + Sync) {
+        let lines = self.turning_lines(group);
+        for_shares(jobs, lines.len(), 16, |part| {
+            for line in &lines[part.start..part.end] {
+                let line = *line as usize;
+                self.turn(line, anew(line));
+            }
+        });
+    }
+
+    /// At the step's end: the lines hold the bodies.
+    pub(crate) fn end_turning(&self, group: &Group) {
+        for line in self.turning_lines(group) {
+            let i = *line as usize;
+            let end = self.now(self.plan.members[i - 1], 0.0);
+            self.aux.row(i).put_end(self.lines.row(i), &end, Vec3::ZERO);
+        }
+    }
+
+    /// Takes a block's impulses out of what its bodies carry, and to the contacts.
+    fn take_warm(&self, fixed: bool, i: usize, elapsed: f32) {
+        let tables = (&self.contacts, self.bodies);
+        dispatch!(self.ctx.level, simd => {
+            let block = self.blocks.read(i);
+            let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+            warm_of(simd, block, extra, fixed).carry(block, &self.aux, 1.0);
+            let owners = &self.plan.contacts.owners[i];
+            let begun = self.begun.row(i);
+            let when = (self.ctx, Some(elapsed));
+            *begun |= store::store(simd, block, extra, (owners, *begun), tables, when);
+        });
+    }
+
+    /// Turns a body as free ones turn in a substep. Where its rows are made `anew`, its inertia turns with it.
+    fn turn(&self, line: usize, anew: bool) {
+        let body = self.bodies.at(self.plan.members[line - 1]);
+        let (state, h) = (self.states.row(line), self.ctx.h);
+        let w = self.whitening.read(line).s().mul(solver_body::three(self.lines.read(line).w));
+        let m = body.moments;
+        let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
+        let free = m.min_element() > 0.0 && body.locks.angular == [false; 3];
+        let before = state.rotation;
+        if free && !round {
+            let spin = Spin { rotation: state.rotation, ..Spin::of(body) };
+            let turned = rotate_freely(&spin, DVec3::from(w), h, self.ctx.substeps);
+            (state.rotation, state.w) = (turned.rotation, turned.w);
+        } else {
+            (state.rotation, state.w) = (state.rotation.turned_by(w * h), w);
+        }
+        let factor = self.squeezes.read(line).factor;
+        if !anew {
+            let (_, s_inv) = integrate::scaled_roots(body, before, factor);
+            self.aux.row(line).strike(self.lines.row(line), Vec3::ZERO, s_inv.mul(state.w - w));
+            return;
+        }
+        let (s, s_inv) = integrate::scaled_roots(body, state.rotation, factor);
+        let alpha = self.whitening.read(line).alpha();
+        *self.whitening.row(line) = Whitening::new(alpha, &s);
+        let line_now = self.lines.row(line);
+        (line_now.w, line_now.t) = (solver_body::four(s_inv.mul(state.w)), [0.0; 4]);
+        let aux = self.aux.row(line);
+        aux.start_anew(line_now);
+        aux.turn_by_torque(self.whitening.read(line), body, h);
+    }
+
+    /// Where a body is, and how it moves. `elapsed` [s] is the time since the step's start.
+    fn now(&self, row: u32, elapsed: f32) -> BodyState {
+        let body = self.bodies.at(row);
+        let start = BodyState::of(body);
+        let line = self.line_of[row as usize] as usize;
+        if line == 0 {
+            let moves = !body.is_dynamic() && body.active();
+            return if moves { start.drifted(elapsed) } else { start };
+        }
+        let state = start.after(self.lines.read(line), self.whitening.read(line));
+        if self.plan.turning.bodies.contains(row) {
+            return BodyState { rotation: self.states.read(line).rotation, ..state };
+        }
+        state
+    }
+
+    fn pair_of(&self, contact: &Contact, elapsed: f32) -> Pair<'_> {
+        let rows = [contact.body_a, contact.body_b];
+        Pair {
+            ctx: self.ctx,
+            bodies: rows.map(|row| self.bodies.at(row)),
+            states: rows.map(|row| self.now(row, elapsed)),
+            shapes: [contact.shape_a, contact.shape_b].map(|shape| self.shapes.at(shape)),
+        }
+    }
+
+    /// Makes the manifold of a pair of convex shapes anew.
+    fn collide_again(&self, row: u32, elapsed: f32) {
+        let Some(contact) = self.contacts.row(row as usize) else { return };
+        if contact.is_part || self.shapes.at(contact.shape_a).is_mesh() {
+            return;
+        }
+        let pair = self.pair_of(contact, elapsed);
+        let (_, b_in_a) = pair.poses();
+        let margin = pair.reach();
+        let [a, b] = pair.shapes.map(|shape| &shape.solid);
+        let m = collide(self.ctx.level, a, b, &b_in_a, margin, &mut contact.cache);
+        pair.renew(contact, &m);
+    }
+
+    /// Makes the manifolds of a pair with a mesh anew, if this is its first.
+    fn collide_mesh_again(&self, row: u32, elapsed: f32, scratch: &mut MeshScratch) {
+        let Some(contact) = self.contacts.row(row as usize) else { return };
+        let (shape_a, shape_b) = (self.shapes.at(contact.shape_a), self.shapes.at(contact.shape_b));
+        let Core::Mesh(mesh) = &shape_a.solid.core else { return };
+        if contact.is_part {
+            return;
+        }
+        let pair = self.pair_of(contact, elapsed);
+        let (pose_a, b_in_a) = pair.poses();
+        let reach = Reach::still(pair.reach()).in_lengths(self.ctx.length);
+        let mut made = [Manifold::default(); MAX_PARTS];
+        let solid = &shape_b.solid;
+        let level = self.ctx.level;
+        let count = collide_mesh(level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
+        let mut left = [true; MAX_PARTS];
+        let mut part = Some(contact);
+        while let Some(contact) = part {
+            if contact.place.is_somewhere() {
+                let taken = nearest(&made[..count], &left, &pose_a, contact.normal);
+                let manifold = taken.map_or_else(Manifold::default, |k| made[k]);
+                taken.into_iter().for_each(|k| left[k] = false);
+                pair.renew(contact, &manifold);
+            }
+            let next = contact.next_part;
+            part = if next == NONE { None } else { self.contacts.row(next as usize).as_mut() };
+        }
+    }
+
+    /// Rows of a block from its contacts as they are now, and their impulses to what bodies carry.
+    fn put_rows(&self, ctx: &StepContext, fixed: bool, i: usize, elapsed: f32) {
+        let source = raw::Source { is_renewed: true, ..self.pack_source(ctx) };
+        let owners = &self.plan.contacts.owners[i];
+        dispatch!(self.ctx.level, simd => {
+            let block = self.blocks.row(i);
+            let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+            let [arrived, hit] = [block.arrives, block.hit];
+            if fixed {
+                prepare::build::<_, true>(simd, &source, owners, block, extra);
+            } else {
+                prepare::build::<_, false>(simd, &source, owners, block, extra);
+            }
+            let extra = self.has_extras.then(|| self.extras.row(i));
+            (block.arrives, block.hit) = (block.arrives | arrived, hit);
+            self.watch_more(i);
+            rebase(simd, block, extra, &self.lines, (fixed, elapsed));
+            let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+            warm_of(simd, block, extra, fixed).carry(block, &self.aux, -1.0);
+        });
+    }
+}
+
+/// A pair that is made anew.
+struct Pair<'a> {
+    ctx: &'a StepContext,
+    bodies: [&'a Body; 2],
+    states: [BodyState; 2],
+    shapes: [&'a ShapeRow; 2],
+}
+
+impl Pair<'_> {
+    /// Those of shape A in the world, and of B in the frame of A.
+    fn poses(&self) -> (Pose, Pose) {
+        let [a, b] = [0, 1].map(|i| {
+            let BodyState { center, rotation, .. } = self.states[i];
+            Pose { position: center, rotation }.compose(&self.shapes[i].centered)
+        });
+        (a, a.relative(&b))
+    }
+
+    /// How far contacts are looked for: as far as the two come nearer in a step. An impact may send them anywhere within a
+    /// substep.
+    fn reach(&self) -> f32 {
+        let [a, b] = &self.states;
+        let [extent_a, extent_b] = self.bodies.map(|body| body.extent);
+        let spin = |state: &BodyState, body: &Body, extent: f32| {
+            if body.is_dynamic() { state.w.length() * extent } else { 0.0 }
+        };
+        let turning = spin(a, self.bodies[0], extent_a) + spin(b, self.bodies[1], extent_b);
+        let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
+        let most = size(self.bodies[0]).min(size(self.bodies[1]));
+        let way = 1.1 * self.ctx.dt * ((b.v - a.v).length() + turning);
+        self.ctx.margin.max(way.min(most))
+    }
+
+    /// Gives a contact the manifold; without points, one that is out of reach: what acts is not taken out within a step.
+    fn renew(&self, contact: &mut Contact, manifold: &Manifold) {
+        let (pose_a, _) = self.poses();
+        let [a, b] = &self.states;
+        let mut old = contact.points;
+        let before = usize::from(contact.count);
+        contact.set_renewed();
+        if manifold.count == 0 {
+            contact.offset = b.center - a.center;
+            let Some(first) = contact.points.first_mut() else { return };
+            let apart = 2.0 * self.reach();
+            first.renew(first.r_a, apart, 0.0, first.feature);
+            contact.count = 1;
+            contact.tangent_impulse = Vec3::ZERO;
+            contact.twist_impulse = 0.0;
+            contact.set_rolling_impulse(Vec3::ZERO);
+            return;
+        }
+        let normal = pose_a.direction(manifold.normal);
+        if contact.normal.dot(normal) < 0.0 {
+            self.move_on(contact);
+            return;
+        }
+        let normal_before = core::mem::replace(&mut contact.normal, normal);
+        contact.offset = b.center - a.center;
+        #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
+        let count = manifold.count as u8;
+        contact.count = count;
+        let origin = pose_a.position - a.center;
+        let [body_a, body_b] = self.bodies;
+        let (old, mut fresh) = (&mut old[..before], 0);
+        for (i, (new, made)) in contact.points.iter_mut().zip(manifold.points()).enumerate() {
+            let r_a = pose_a.direction(made.position) + origin;
+            let inherited = inherit_near(old, made.feature, r_a, body_a, body_b);
+            fresh |= u8::from(inherited.is_none()) << i;
+            new.renew(r_a, made.separation, inherited.unwrap_or(0.0), made.feature);
+        }
+        share_lost(old, (normal_before, fresh), contact);
+        if contact.touching {
+            let velocities = [a, b].map(|state| [state.v, state.w]);
+            note_landing(contact, velocities);
+        }
+    }
+}
+
+impl Pair<'_> {
+    /// Keeps the manifold of what is so deep in something thin that it would be pushed out on the other side: its points move on as the
+    /// bodies did in the last substep.
+    fn move_on(&self, contact: &mut Contact) {
+        let [a, b] = &self.states;
+        let (normal, offset, count) = (contact.normal, contact.offset, usize::from(contact.count));
+        for p in &mut contact.points[..count] {
+            let speed = (b.v + b.w.cross(p.r_a - offset)) - (a.v + a.w.cross(p.r_a));
+            let moved = normal.dot(speed) * self.ctx.h;
+            p.base += moved;
+            p.separation += moved;
+        }
+    }
+}
+
+/// Which of the manifolds that are left has nearly this normal.
+fn nearest(
+    made: &[Manifold],
+    left: &[bool; MAX_PARTS],
+    pose_a: &Pose,
+    normal: Vec3,
+) -> Option<usize> {
+    let mut best = None;
+    let mut most = f32::NEG_INFINITY;
+    for (k, manifold) in made.iter().enumerate().filter(|(k, _)| left[*k]) {
+        let along = pose_a.direction(manifold.normal).dot(normal);
+        if along > most {
+            (best, most) = (Some(k), along);
+        }
+    }
+    best
+}
+
+/// What the impulses of eight contacts give their bodies, not scaled by masses.
+struct Carried {
+    push: [[f32; 4]; LANES],
+    turn_a: [[f32; 4]; LANES],
+    turn_b: [[f32; 4]; LANES],
+}
+
+impl Carried {
+    /// Takes it out of what the bodies carry to the next substep (1), or puts it in (-1).
+    fn carry(&self, block: &ContactBlock, aux: &Rows<'_, Aux>, sign: f32) {
+        for lane in 0..LANES {
+            let (a, b) = (block.row_a[lane] as usize, block.row_b[lane] as usize);
+            if b != 0 {
+                let scale = sign * block.beta[lane];
+                aux.row(b).begin_later(&self.push[lane], scale, &self.turn_b[lane], sign);
+            }
+            if a != 0 {
+                let scale = -sign * block.alpha[lane];
+                aux.row(a).begin_later(&self.push[lane], scale, &self.turn_a[lane], -sign);
+            }
+        }
+    }
+}
+
+/// The impulses of a block by its rows.
+#[inline(always)]
+fn warm_of<S: Simd>(simd: S, block: &ContactBlock, extra: Option<&Extra>, fixed: bool) -> Carried {
+    let [f1, f2, f3] = [0, 1, 2].map(|i| load(simd, &block.friction[i]));
+    let of_b = Vec3w::load3(simd, &block.b_t);
+    let mut turn_b = of_b[0] * f1 + of_b[1] * f2 + of_b[2] * f3;
+    let mut turn_a = Vec3w::zero(simd);
+    if !fixed {
+        let of_a = Vec3w::load3(simd, &block.a_t);
+        turn_a = of_a[0] * f1 + of_a[1] * f2 + of_a[2] * f3;
+    }
+    let mut total = splat(simd, 0.0);
+    for point in &block.points[..block.rows()] {
+        let impulse = load(simd, &point.impulse);
+        total += impulse;
+        turn_b = turn_b + Vec3w::load(simd, &point.b) * impulse;
+        if !fixed {
+            turn_a = turn_a + Vec3w::load(simd, &point.a) * impulse;
+        }
+    }
+    if let Some(extra) = extra
+        && extra.rolls
+    {
+        let impulse = Vec3w::load(simd, &extra.rolling_impulse);
+        turn_a = turn_a + Sym3w::load(simd, &extra.s_a).mul(impulse);
+        turn_b = turn_b + Sym3w::load(simd, &extra.s_b).mul(impulse);
+    }
+    let push = Vec3w::load(simd, &block.n) * total
+        + Vec3w::load(simd, &block.t1) * f1
+        + Vec3w::load(simd, &block.t2) * f2;
+    let lanes = |v: Vec3w<S>| {
+        let rows = scatter(simd, v);
+        let mut out = [[0.0; 4]; LANES];
+        for lane in 0..LANES {
+            rows[lane].store_array(&mut out[lane]);
+        }
+        out
+    };
+    Carried { push: lanes(push), turn_a: lanes(turn_a), turn_b: lanes(turn_b) }
+}
+
+/// The kernel adds to separations all that moved since the step's start: what moved until now is taken out of those of now.
+#[inline(always)]
+fn rebase<S: Simd>(
+    simd: S,
+    block: &mut ContactBlock,
+    extra: Option<&mut Extra>,
+    lines: &Rows<'_, Line>,
+    (fixed, elapsed): (bool, f32),
+) {
+    let n = Vec3w::load(simd, &block.n);
+    let xb = load_motion(simd, lines, &block.row_b);
+    let mut moved = n.dot(xb.v) * load(simd, &block.beta);
+    let mut xa = xb;
+    if !fixed {
+        xa = load_motion(simd, lines, &block.row_a);
+        moved -= n.dot(xa.v) * load(simd, &block.alpha);
+    }
+    let time = splat(simd, elapsed);
+    let drifts = extra.as_ref().is_some_and(|extra| extra.drifts);
+    for j in 0..block.rows() {
+        let point = &mut block.points[j];
+        let mut since = moved + Vec3w::load(simd, &point.b).dot(xb.w);
+        if !fixed {
+            since -= Vec3w::load(simd, &point.a).dot(xa.w);
+        }
+        if let Some(extra) = extra.as_deref()
+            && drifts
+        {
+            since += load(simd, &extra.drift[j]) * time;
+        }
+        (load(simd, &point.s0) - since).store_array(&mut point.s0);
+    }
+    if let Some(extra) = extra
+        && drifts
+    {
+        for i in 0..2 {
+            let now = load(simd, &extra.drift_t[i]) - load(simd, &extra.drift_rate[i]) * time;
+            now.store_array(&mut extra.drift_t[i]);
+        }
+    }
+}

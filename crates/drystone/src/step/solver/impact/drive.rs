@@ -1,0 +1,48 @@
+//! Impacts in the solver: when they are looked for.
+
+use super::candidate::{Moment, STILL, Source};
+use crate::base::jobs::Jobs;
+use crate::step::narrowphase;
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::group::Group;
+
+impl Solver<'_> {
+    /// True if something may bounce or get a blow in this step.
+    pub(crate) fn collides(&self) -> bool {
+        self.has_extras || self.blows
+    }
+
+    pub(crate) fn impact_source(&self, group: &Group) -> Source<'_> {
+        Source {
+            level: self.ctx.level,
+            blocks: &self.blocks,
+            extras: self.has_extras.then_some(&self.extras),
+            owners: &self.plan.contacts.owners,
+            lines: &self.lines,
+            aux: &self.aux,
+            whitening: &self.whitening,
+            acceleration: &self.acceleration,
+            dt: self.ctx.dt,
+            h: self.ctx.h,
+            first_line: group.lines.start,
+            members: &self.plan.members,
+            bodies: self.bodies,
+        }
+    }
+
+    pub(crate) fn collide(&self, number: usize, done: u16, kicked: bool, jobs: &Jobs<'_>) {
+        let ctx = self.ctx;
+        let moment = Moment {
+            done,
+            substeps: u16::try_from(ctx.substeps).expect("at most 256 substeps"),
+            h: ctx.h,
+            kicked,
+            least: ctx.restitution_speed,
+            blow: narrowphase::turns::BLOW_SPEED * ctx.length,
+            still: STILL * ctx.length,
+            push: ctx.push_speed,
+        };
+        let source = self.impact_source(&self.plan.groups[number]);
+        self.impacts.row(number).collide(&source, &moment, jobs);
+    }
+}

@@ -1,0 +1,582 @@
+//! Impacts: pairs that meet within a substep bounce before the sweep sees them.
+//!
+//! Reads: blocks, extras (restitution), motion. Writes: lines (velocity), extras (which contacts were
+//! hit). Runs: over the islands of a group in which a pair arrives in this step, over contacts
+//! around bodies that take part; other groups pay for a look at one flag a block. In an island of its own group
+//! parallel over touches that are looked at, over hits, and over sets of hits that bodies link. Invariant: neither islands nor
+//! sets see each other, and hits of a set are taken in the order of their contacts' rows, so neither grouping nor the number
+//! of workers shows.
+//!
+//! In an island, rounds of reflections [Smith12]: points that approach, of bodies that other such points link,
+//! are stopped together, by impulses that only push, and then get e times the same impulses once more. That
+//! keeps energy for e = 1 and never adds any, treats what is symmetric symmetrically, and sends an
+//! impact through a row of touching balls one by one. Friction follows under the impulses of the round.
+//! What still approaches after the last round, or too slowly, is left to the sweep, which stops it.
+//!
+//! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
+//! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
+
+pub(crate) mod candidate;
+pub(crate) mod drive;
+pub(crate) mod reflect;
+pub(crate) mod response;
+
+use fearless_simd::dispatch;
+
+use self::candidate::{Entry, Hit, Moment, Source, Touch};
+use self::reflect::Part;
+use self::response::Response;
+use super::body::row::Carried;
+use super::totals_rows::Bounce;
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, collect_ranges, for_items, for_ranges, grain};
+use crate::base::wide::LANES;
+use crate::state::bodies::NONE;
+
+/// Most rounds in a substep: an impact runs through a row of as many bodies.
+const ROUNDS: u32 = 64;
+
+/// If a round has a hit for so many touches, all touches are asked whether one of their lines was hit; else the contacts
+/// around each of those lines are listed.
+const FEW: usize = 16;
+
+/// Memory of one group's impacts, kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Impacts {
+    /// Contacts of the group that can bounce.
+    entries: Vec<Entry>,
+    /// Their touches, once they have one.
+    touch_of: Vec<u32>,
+    ends: Vec<End>,
+    /// Entries around each line, line after line, and their touches.
+    around: Vec<u32>,
+    near: Vec<u32>,
+    /// Island and entry of what arrives in this step.
+    arrivals: Vec<(u32, u32)>,
+    /// As many as there are numbers in `looked`; what follows is of steps before.
+    touches: Vec<Touch>,
+    /// Of the touches that were hit: as many as are given out, and those of steps before.
+    responses: Vec<Response>,
+    answered: u32,
+    /// Lines of each touch, in a row: touches are far from each other.
+    lines_of: Vec<[u32; 2]>,
+    /// The touch of the same island that follows each.
+    next: Vec<u32>,
+    /// First and last touch of each island.
+    runs: Vec<[u32; 2]>,
+    hits: Vec<Hit>,
+    /// First hit of each set that bodies link.
+    parts: Vec<usize>,
+    /// Memory to put the hits of a set next to each other.
+    spare: Vec<Hit>,
+    places: Vec<u32>,
+    /// Touches that the next round looks at, and which of their points approach and meet in the substep, bits.
+    looks: Vec<u32>,
+    met_points: Vec<u8>,
+    /// The round in which each touch was last put among the looks, all rounds of the step counted from 1.
+    looked: Vec<u32>,
+    round: u32,
+    /// Touches that are found to be looked at, by ranges of all.
+    found: Vec<Vec<u32>>,
+    /// Number of the pass.
+    pass: u16,
+    /// Lines of the touches, and while velocities are without the carried impulses, those.
+    met: Vec<u32>,
+    carried: Vec<Carried>,
+    lifted: bool,
+}
+
+/// A line, as an end of contacts.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    first: u32,
+    count: u32,
+    /// Its contacts are looked at.
+    live: bool,
+    /// It is a line of a touch.
+    met: bool,
+    /// Greatest restitution of the points that approach it in this round.
+    most: f32,
+    /// The last hit on it while hits are linked.
+    hit: u32,
+    /// The last round in which it was hit.
+    struck: u32,
+}
+
+impl End {
+    const NEW: Self =
+        Self { first: 0, count: 0, live: false, met: false, most: 0.0, hit: NONE, struck: 0 };
+}
+
+/// Number of a row.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).expect("fewer than 2^32 contacts")
+}
+
+/// Number of a lane.
+#[expect(clippy::cast_possible_truncation, reason = "below 8")]
+const fn small(i: usize) -> u8 {
+    i as u8
+}
+
+/// The ends among a contact's lines.
+fn ends_of(source: &Source<'_>, lines: [u32; 2]) -> impl Iterator<Item = usize> {
+    lines.into_iter().filter(|line| *line != 0).map(|line| line as usize - source.first_line)
+}
+
+/// The first hit of the set that a hit is in.
+fn root(hits: &[Hit], of: u32) -> u32 {
+    let mut at = of;
+    while hits[at as usize].part != at {
+        at = hits[at as usize].part;
+    }
+    at
+}
+
+impl Impacts {
+    /// For how many contacts there is room.
+    pub(super) fn room(&self) -> usize {
+        self.entries.capacity()
+    }
+
+    /// At the step's start: finds what arrives in it, if anything does, and the contacts around.
+    pub(super) fn begin(
+        &mut self,
+        source: &Source<'_>,
+        arrives: bool,
+        blocks: core::ops::Range<usize>,
+        n: usize,
+    ) {
+        self.runs.clear();
+        if !arrives {
+            return;
+        }
+        self.entries.clear();
+        self.arrivals.clear();
+        self.answered = 0;
+        self.lines_of.clear();
+        self.looked.clear();
+        self.round = 0;
+        self.next.clear();
+        self.pass = 0;
+        self.met.clear();
+        self.ends.clear();
+        self.ends.resize(n, End::NEW);
+        for i in blocks {
+            self.enter(source, i);
+        }
+        self.touch_of.clear();
+        self.touch_of.resize(self.entries.len(), NONE);
+        let mut first = 0;
+        for end in &mut self.ends {
+            end.first = first;
+            first += core::mem::take(&mut end.count);
+        }
+        self.around.clear();
+        self.around.resize(first as usize, NONE);
+        self.near.clear();
+        self.near.resize(first as usize, NONE);
+        for (number, entry) in (0..).zip(&mut self.entries) {
+            for (end, place) in ends_of(source, entry.lines).zip(&mut entry.places) {
+                let end = &mut self.ends[end];
+                *place = end.first + end.count;
+                self.around[*place as usize] = number;
+                end.count += 1;
+            }
+        }
+        // Islands one after the other.
+        self.arrivals.sort_unstable();
+        let mut island = NONE;
+        for i in 0..self.arrivals.len() {
+            let (of, entry) = self.arrivals[i];
+            if of != island || self.runs.is_empty() {
+                island = of;
+                self.runs.push([NONE; 2]);
+            }
+            for line in self.entries[entry as usize].lines {
+                let run = index(self.runs.len() - 1);
+                for k in self.liven(source, line) {
+                    let of = &mut self.touch_of[self.around[k] as usize];
+                    *of = run.min(*of);
+                }
+            }
+        }
+        // In the order of the blocks, for lanes of one block are next to each other.
+        for entry in 0..self.entries.len() {
+            let run = core::mem::replace(&mut self.touch_of[entry], NONE);
+            if run != NONE {
+                self.add(source, entry, run as usize);
+            }
+        }
+    }
+
+    fn enter(&mut self, source: &Source<'_>, i: usize) {
+        let block = source.blocks.read(i);
+        for lane in 0..LANES {
+            let contact = source.owners[i][lane];
+            if contact == NONE || !source.takes_part(i, lane) {
+                continue;
+            }
+            let lines = [block.row_a[lane], block.row_b[lane]];
+            let line = lines[0].max(lines[1]);
+            // A body that was put aside may still be named by a contact.
+            if line == 0 {
+                continue;
+            }
+            let number = index(self.entries.len());
+            if block.arrives >> lane & 1 == 1 {
+                let body = source.members[line as usize - 1];
+                self.arrivals.push((source.bodies.at(body).island, number));
+            }
+            for end in ends_of(source, lines) {
+                self.ends[end].count += 1;
+            }
+            let (block, lane) = (index(i), small(lane));
+            self.entries.push(Entry { lines, block, lane, places: [NONE; 2] });
+        }
+    }
+
+    /// Looks at all contacts of two bodies from now on.
+    fn wake(&mut self, source: &Source<'_>, lines: [u32; 2], run: usize) {
+        for line in lines {
+            for k in self.liven(source, line) {
+                let entry = self.around[k] as usize;
+                if self.touch_of[entry] == NONE {
+                    self.add(source, entry, run);
+                }
+            }
+        }
+    }
+
+    /// A line takes part in impacts from now on: where its entries stand in `around`, if it did not before.
+    fn liven(&mut self, source: &Source<'_>, line: u32) -> core::ops::Range<usize> {
+        if line == 0 {
+            return 0..0;
+        }
+        let row = line as usize;
+        let end = &mut self.ends[row - source.first_line];
+        if core::mem::replace(&mut end.live, true) {
+            return 0..0;
+        }
+        let body = source.bodies.at(source.members[row - 1]);
+        source.aux.row(row).calm(source.whitening.read(row), body, source.dt, source.h);
+        end.first as usize..(end.first + end.count) as usize
+    }
+
+    /// Makes a touch of an entry.
+    fn add(&mut self, source: &Source<'_>, entry: usize, run: usize) {
+        let place = self.looked.len();
+        let number = index(place);
+        self.touch_of[entry] = number;
+        let entry = &self.entries[entry];
+        for place in entry.places {
+            if let Some(near) = self.near.get_mut(place as usize) {
+                *near = number;
+            }
+        }
+        for line in entry.lines.into_iter().filter(|line| *line != 0) {
+            let row = line as usize;
+            let met = &mut self.ends[row - source.first_line].met;
+            if !core::mem::replace(met, true) {
+                self.met.push(line);
+                if self.lifted {
+                    let carried = source.aux.read(row).lift(source.lines.row(row));
+                    self.carried.push(carried);
+                }
+            }
+        }
+        if place == self.touches.len() {
+            self.touches.push(Touch::default());
+        }
+        self.touches[place].restart(entry);
+        self.lines_of.push(entry.lines);
+        self.looked.push(0);
+        self.next.push(NONE);
+        let [head, tail] = &mut self.runs[run];
+        if *tail == NONE {
+            *head = number;
+        } else {
+            self.next[*tail as usize] = number;
+        }
+        *tail = number;
+    }
+
+    /// All impacts of a substep.
+    ///
+    /// After the forces velocities have the impulses that are carried from the last substep too. They
+    /// are a guess that the sweep corrects, and may be the stop of something at 250 m/s that is over:
+    /// another contact of the body would reflect that, and return energy that nothing had. So impacts see
+    /// velocities without them.
+    pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
+        if self.runs.is_empty() {
+            return;
+        }
+        self.lifted = moment.kicked;
+        self.carried.clear();
+        if self.lifted {
+            self.carried.resize(self.met.len(), Carried::default());
+            self.for_met(jobs, |row, carried| {
+                *carried = source.aux.read(row).lift(source.lines.row(row));
+            });
+        }
+        self.pass += 1;
+        for run in 0..self.runs.len() {
+            self.reflect_all(source, moment, run, jobs);
+        }
+        self.for_met(jobs, |row, carried| {
+            source.aux.read(row).put_back(source.lines.row(row), carried);
+        });
+        self.lifted = false;
+    }
+
+    /// What each contact that was hit in this step got: block, lane, impulses.
+    pub(super) fn given(&self) -> impl Iterator<Item = (usize, usize, &Bounce)> {
+        let answered = if self.runs.is_empty() { 0 } else { self.answered as usize };
+        self.responses[..answered].iter().map(Response::given)
+    }
+
+    /// Calls `f` with each line that was met and what is carried for it, if anything is.
+    fn for_met(&mut self, jobs: &Jobs<'_>, f: impl Fn(usize, &mut Carried) + Sync) {
+        let (met, carried) = (&self.met, &mut self.carried);
+        let piece = grain(jobs, carried.len(), 128);
+        for_items(jobs, carried, piece, |first, carried| {
+            for (line, carried) in met[first..].iter().zip(carried) {
+                f(*line as usize, carried);
+            }
+        });
+    }
+
+    /// All rounds of an island.
+    fn reflect_all(&mut self, source: &Source<'_>, moment: &Moment, run: usize, jobs: &Jobs<'_>) {
+        self.looks.clear();
+        let mut at = self.runs[run][0];
+        while at != NONE {
+            self.looks.push(at);
+            at = self.next[at as usize];
+        }
+        for _ in 0..ROUNDS {
+            self.look(source, moment, jobs);
+            self.find_hits(source, moment, jobs);
+            if self.hits.is_empty() {
+                break;
+            }
+            self.round += 1;
+            self.wake_around(source, moment, run);
+            self.link_hits(source);
+            self.reflect(source, jobs);
+            self.settle(source, jobs);
+        }
+    }
+
+    /// Which points of the touches to look at approach.
+    fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
+        let Self { touches, looks, met_points, pass, .. } = self;
+        met_points.clear();
+        met_points.resize(looks.len(), 0);
+        // SAFETY: each look is of one range, and no touch is looked at twice.
+        let apart = unsafe { Apart::promise() };
+        let (touches, met_points) = (Rows::new(touches, apart), Rows::new(met_points, apart));
+        for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
+            let (looks, met_points) = (&looks[range.clone()], met_points.slice(range));
+            for (k, met) in met_points.iter_mut().enumerate() {
+                if let Some(next) = looks.get(k + 6) {
+                    touches.prefetch(*next as usize, size_of::<Touch>() / 64);
+                }
+                if let Some(next) = looks.get(k + 3) {
+                    touches.read(*next as usize).ask(source);
+                }
+                *met = touches.row(looks[k] as usize).look(source, moment, *pass);
+            }
+        });
+    }
+
+    /// All sets of hits: what bodies link is in one.
+    fn reflect(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
+        let Self { touches, responses, hits, parts, pass, .. } = self;
+        let n = hits.len();
+        // SAFETY: each set of hits is of one range, and hits that a body or a touch links are in one set.
+        let apart = unsafe { Apart::promise() };
+        let touches = Rows::new(touches, apart);
+        let (responses, hits) = (Rows::new(responses, apart), Rows::new(hits, apart));
+        for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
+            let of = |i: usize| hits.slice(parts[i]..parts.get(i + 1).map_or(n, |next| *next));
+            // In the order of the contacts' rows: that of the touches is the order of blocks, which the number of workers
+            // changes.
+            for i in range.clone() {
+                of(i).sort_unstable_by_key(|hit| (hit.contact, hit.point));
+            }
+            dispatch!(source.level, simd => {
+                for i in range {
+                    let hits = of(i);
+                    for of_one in hits.chunk_by(|one, next| one.touch == next.touch) {
+                        touches.row(of_one[0].touch as usize).hits += 1;
+                    }
+                    let alone = hits[0].touch == hits[hits.len() - 1].touch;
+                    let part = Part { simd, source, touches: &touches, responses: &responses, hits };
+                    if alone {
+                        part.reflect::<true>(*pass);
+                    } else {
+                        part.reflect::<false>(*pass);
+                    }
+                }
+            });
+        });
+    }
+
+    /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
+    /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
+    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
+        let Self {
+            ends,
+            touches,
+            lines_of,
+            responses,
+            answered,
+            hits,
+            looks,
+            met_points,
+            looked,
+            round,
+            ..
+        } = self;
+        hits.clear();
+        for (touch, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
+            let points = (0..4).filter(|point| met >> point & 1 == 1);
+            hits.extend(points.map(|point| Hit { touch, point, ..Hit::default() }));
+        }
+        let piece = grain(jobs, hits.len(), 32);
+        for_items(jobs, hits, piece, |_, hits| {
+            for hit in hits {
+                touches[hit.touch as usize].tell(source, moment, hit);
+            }
+        });
+        if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
+            for hit in hits.iter() {
+                ends_of(source, hit.lines)
+                    .for_each(|end| ends[end].most = ends[end].most.max(hit.e));
+            }
+            hits.retain(|hit| {
+                let first = ends_of(source, hit.lines).all(|end| ends[end].most <= hit.e);
+                let round = *round + 1;
+                if !first && core::mem::replace(&mut looked[hit.touch as usize], round) < round {
+                    looks.push(hit.touch);
+                }
+                first
+            });
+            let left = looks.iter().map(|touch| lines_of[*touch as usize]);
+            for lines in hits.iter().map(|hit| hit.lines).chain(left) {
+                ends_of(source, lines).for_each(|end| ends[end].most = 0.0);
+            }
+        }
+        for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {
+            let touch = &mut touches[hit.touch as usize];
+            if touch.response == NONE {
+                touch.response = *answered;
+                *answered += 1;
+                hit.fresh = true;
+                source.blocks.row(touch.block as usize).hit |= 1 << touch.lane;
+            }
+            hit.response = touch.response;
+        }
+        if responses.len() < *answered as usize {
+            responses.resize(*answered as usize, Response::default());
+        }
+    }
+
+    /// Puts hits that bodies link in one set, one set after the other.
+    fn link_hits(&mut self, source: &Source<'_>) {
+        let Self { ends, hits, parts, spare, places, .. } = self;
+        // A set is a tree of hits, each above one of a lower number.
+        for i in 0..hits.len() {
+            let number = index(i);
+            hits[i].part = number;
+            for end in ends_of(source, hits[i].lines) {
+                let last = core::mem::replace(&mut ends[end].hit, number);
+                if last != NONE {
+                    let (one, other) = (root(hits, last), root(hits, number));
+                    hits[one.max(other) as usize].part = one.min(other);
+                }
+            }
+        }
+        places.clear();
+        places.resize(hits.len(), 0);
+        for i in 0..hits.len() {
+            let part = hits[hits[i].part as usize].part;
+            hits[i].part = part;
+            places[part as usize] += 1;
+            for end in ends_of(source, hits[i].lines) {
+                ends[end].hit = NONE;
+            }
+        }
+        parts.clear();
+        let mut first = 0;
+        for place in places.iter_mut().filter(|size| **size > 0) {
+            parts.push(first as usize);
+            first += core::mem::replace(place, first);
+        }
+        spare.clone_from(hits);
+        for hit in spare.iter() {
+            let place = &mut places[hit.part as usize];
+            hits[*place as usize] = *hit;
+            *place += 1;
+        }
+    }
+
+    /// Looks at the contacts around what is hit for the first time: how fast they approach before that.
+    fn wake_around(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
+        let known = self.looked.len();
+        for i in 0..self.hits.len() {
+            self.wake(source, self.hits[i].lines, run);
+        }
+        for touch in &mut self.touches[known..self.looked.len()] {
+            touch.look(source, moment, self.pass);
+        }
+    }
+
+    /// What follows from a round: who is looked at.
+    fn settle(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
+        let many = self.hits.len() * FEW >= self.looked.len();
+        for i in 0..self.hits.len() {
+            let Hit { touch, lines, .. } = self.hits[i];
+            if i > 0 && self.hits[i - 1].touch == touch {
+                continue;
+            }
+            for end in ends_of(source, lines) {
+                let End { first, count, struck, .. } = &mut self.ends[end];
+                if core::mem::replace(struck, self.round) == self.round || many {
+                    continue;
+                }
+                for number in &self.near[*first as usize..(*first + *count) as usize] {
+                    if let Some(looked) = self.looked.get_mut(*number as usize)
+                        && core::mem::replace(looked, self.round) < self.round
+                    {
+                        self.looks.push(*number);
+                    }
+                }
+            }
+        }
+        if many {
+            self.find_struck(source, jobs);
+        }
+    }
+
+    /// Lists the touches of lines that were hit in this round.
+    fn find_struck(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
+        let Self { looked, lines_of, ends, found, looks, round, .. } = self;
+        let n = looked.len();
+        // SAFETY: each number is of one range.
+        let looked = Rows::new(looked, unsafe { Apart::promise() });
+        collect_ranges(jobs, n, grain(jobs, n, 256), found, |range, found| {
+            for number in range {
+                let is_struck = |end: usize| ends[end].struck == *round;
+                if ends_of(source, lines_of[number]).any(is_struck)
+                    && core::mem::replace(looked.row(number), *round) < *round
+                {
+                    found.push(index(number));
+                }
+            }
+        });
+        looks.extend(found.iter().flatten());
+    }
+}

@@ -1,0 +1,124 @@
+//! Hits that bodies link: stopped together, and sent back. See [`super::impact`].
+
+use fearless_simd::Simd;
+
+use super::candidate::{Hit, Source, Touch};
+use super::response::{Blow, Response};
+use crate::base::disjoint::Rows;
+
+/// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
+/// to their common stop by 16 in each.
+const SWEEPS: u32 = 24;
+
+/// A round has converged when no impulse changes a speed by more than this part of the greatest one:
+/// what it leaves of speed and energy is of that order.
+const PRECISION: f32 = 1.0e-5;
+
+/// Hits that bodies link.
+pub(crate) struct Part<'a, S: Simd> {
+    pub(crate) simd: S,
+    pub(crate) source: &'a Source<'a>,
+    pub(crate) touches: &'a Rows<'a, Touch>,
+    pub(crate) responses: &'a Rows<'a, Response>,
+    pub(crate) hits: &'a mut [Hit],
+}
+
+impl<S: Simd> Part<'_, S> {
+    /// Calls `f` with each response and its hits; gives what it answers, in sum. If the hits are of one contact, it
+    /// may keep the blow to itself until that is over.
+    #[inline(always)]
+    fn each<const ALONE: bool>(
+        &mut self,
+        kept: &mut Blow<S>,
+        mut f: impl FnMut(&mut Response, &mut Blow<S>, &mut [Hit]) -> f32,
+    ) -> f32 {
+        if ALONE {
+            let response = self.responses.row(self.hits[0].response as usize);
+            return f(response, kept, self.hits);
+        }
+        let mut sum = 0.0;
+        for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
+            let response = self.responses.row(hits[0].response as usize);
+            let mut blow = response.blow(self.simd, self.source);
+            sum += f(response, &mut blow, hits);
+            response.deliver(self.simd, &blow, self.source);
+        }
+        sum
+    }
+
+    /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
+    /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
+    #[inline(always)]
+    pub(crate) fn reflect<const ALONE: bool>(mut self, pass: u16) {
+        let simd = self.simd;
+        let (mut fastest, mut driven) = (0.0_f32, false);
+        for hit in self.hits.iter() {
+            let response = self.responses.row(hit.response as usize);
+            if hit.fresh {
+                *response = Response::new(self.touches.read(hit.touch as usize));
+            }
+            response.couple(simd, self.source, pass);
+            fastest = fastest.max(-hit.speed);
+            driven |= response.driven;
+        }
+        let first = self.hits[0].response as usize;
+        let mut kept = if ALONE {
+            self.responses.read(first).blow(simd, self.source)
+        } else {
+            Blow::none(simd)
+        };
+        let mut work = 0.0;
+        for _ in 0..SWEEPS {
+            let mut change = 0.0_f32;
+            work += self.each::<ALONE>(&mut kept, |response, blow, hits| {
+                let mut work = 0.0;
+                for hit in hits {
+                    let j = usize::from(hit.point);
+                    let mass = response.mass[j];
+                    let new = (hit.impulse - mass * (blow.speeds()[j] + hit.keeps)).max(0.0);
+                    let d = new - hit.impulse;
+                    hit.impulse = new;
+                    work += response.push(simd, blow, j, d);
+                    change = change.max(d.abs() / mass);
+                }
+                work + response.rub(simd, blow)
+            });
+            if change <= PRECISION * fastest {
+                break;
+            }
+        }
+        let rate = self.each::<ALONE>(&mut kept, |_, blow, hits| {
+            let mut rate = 0.0;
+            for hit in hits {
+                rate += hit.e * hit.impulse * blow.speeds()[usize::from(hit.point)];
+            }
+            rate
+        });
+        let returned = self.each::<ALONE>(&mut kept, |response, blow, hits| {
+            let mut returned = 0.0;
+            for hit in hits {
+                let d = hit.e * hit.impulse;
+                returned += response.push(simd, blow, usize::from(hit.point), d);
+            }
+            returned
+        });
+        // Where friction and normals work on each other, all of the impulse can be too much (Kane).
+        // What a kinematic body does is not limited.
+        let mut part = 1.0;
+        let square = returned - rate;
+        if !driven && work + returned > -PRECISION * work && square > 0.0 {
+            let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
+            part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
+        }
+        self.each::<ALONE>(&mut kept, |response, blow, hits| {
+            for hit in hits {
+                let d = hit.impulse * (hit.gain * part - hit.e);
+                response.push(simd, blow, usize::from(hit.point), d);
+            }
+            response.rub(simd, blow)
+        });
+        if ALONE {
+            self.responses.row(first).deliver(simd, &kept, self.source);
+        }
+    }
+}

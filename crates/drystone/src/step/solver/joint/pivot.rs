@@ -1,0 +1,151 @@
+//! A body that swings: one ball joint holds it to what does not move, and nothing else touches it.
+//!
+//! It turns about a fixed point, which is free rotation by the inertia about that point with kicks by the
+//! forces' torque, and so is done: half a kick, a turn by [`rotate_freely`], half a kick in every
+//! substep, symplectic and of second order [Dullweber97]. The rows of the joint cannot do it when the body spins
+//! by more than some tenths of a radian in a substep: they know the inertia, and with it the gyroscopic
+//! torque, of the step's start, and rotation vectors of a step do not add. A top at 300 rad/s precessed
+//! at 0.4 to 14 times its rate by them (A6 in docs/accuracy.md).
+
+use crate::base::double::{DQuat, DVec3};
+use crate::base::math::{Vec3, bounded};
+use crate::base::quat::Quat;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::Body;
+use crate::state::joints::{Joint, Link};
+use crate::step::context::StepContext;
+use crate::step::gyration::{Spin, rotate_freely};
+use crate::step::softness::exact_decay;
+use crate::step::solver::body::integrate::acceleration;
+use crate::step::solver::body::state::BodyState;
+use crate::step::solver::lent::Solver;
+
+/// A joint that is open by more than this part of the body's reach is closed by its rows [1].
+const OPEN: f32 = 1.0e-3;
+
+/// A body at the end of a step.
+struct Swung {
+    pub(crate) state: BodyState,
+    pub(crate) w_rest: Vec3,
+    /// Mean impulse of the joint on it in a substep [N s].
+    pub(crate) impulse: Vec3,
+}
+
+impl Solver<'_> {
+    /// Moves the body of a joint that swings by its line; true if it does. The line then holds the end of the
+    /// step, see [`crate::step::solver::body::row::Aux::swung`].
+    pub(crate) fn swing(&self, joint: &mut Joint) -> bool {
+        let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
+        let (line, body, r, other, at, sign) =
+            match (self.line_of[body_a as usize], self.line_of[body_b as usize]) {
+                (0, line @ 1..) => (line, body_b, anchor_b, body_a, anchor_a, 1.0),
+                (line @ 1.., 0) => (line, body_a, anchor_a, body_b, anchor_b, -1.0),
+                _ => return false,
+            };
+        let (body, other) = (self.bodies.at(body), self.bodies.at(other));
+        if !matches!(joint.link, Link::Ball) || other.active() || !is_free(body) {
+            return false;
+        }
+        let pivot = other.center + other.rotation.rotate(at);
+        let gap = body.center + body.rotation.rotate(r) - pivot;
+        if gap.length() > OPEN * (r.length() + body.extent) {
+            return false;
+        }
+        let Some(end) = swung(self.ctx, body, pivot, r) else { return false };
+        joint.impulse = (end.impulse * (sign * self.ctx.store_scale())).bounded();
+        #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
+        let substeps = self.ctx.substeps as f32;
+        joint.given = [(end.impulse * (sign * substeps)).bounded(), Vec3::ZERO];
+        joint.peak = [bounded(joint.impulse.length()), 0.0];
+        self.aux.row(line as usize).put_end(self.lines.row(line as usize), &end.state, end.w_rest);
+        true
+    }
+}
+
+/// Nothing but one joint acts on it.
+fn is_free(body: &Body) -> bool {
+    let locks = &body.locks;
+    body.constraints == 1
+        && !body.dragged
+        && body.joints.len() == 1
+        && locks.linear == [false; 3]
+        && locks.angular == [false; 3]
+        && body.moments.min_element() > 0.0
+}
+
+/// A step of a body whose point `anchor` [frame of the center of mass] stays at `pivot`.
+fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Swung> {
+    // The inertia about the pivot.
+    let (m, r) = (body.mass, anchor);
+    let own = Sym3::rotated_diagonal(body.principal, body.moments);
+    let inertia = Sym3 {
+        xx: own.xx + m * (r.y * r.y + r.z * r.z),
+        yy: own.yy + m * (r.z * r.z + r.x * r.x),
+        zz: own.zz + m * (r.x * r.x + r.y * r.y),
+        xy: own.xy - m * r.x * r.y,
+        xz: own.xz - m * r.x * r.z,
+        yz: own.yz - m * r.y * r.z,
+    };
+    let (moments, principal) = inertia.eigen();
+    if !(moments.min_element() > 0.0 && moments.is_finite()) {
+        return None;
+    }
+    let mut spin = Spin { rotation: body.rotation, principal, moments };
+    let arm_of = |rotation: Quat| DQuat::widened(rotation).rotate(DVec3::from(-anchor));
+
+    // The joint takes from the velocities what is not a turn about the pivot. What is one stays as it is, by
+    // no inertia: rounding of that, the same in every step, would take or add 1e-7 of the energy in each.
+    let arm = arm_of(body.rotation);
+    let mut w = DVec3::from(body.w) + DVec3::from(body.w_rest);
+    let off = DVec3::from(body.v) - w.cross(arm);
+    w = w + answer(&spin, arm.cross(off) * f64::from(m));
+    let start = w.cross(arm);
+
+    let acc = acceleration(ctx, body);
+    let (force, torque) = (DVec3::from(acc * m), DVec3::from(body.torque + body.step_torque));
+    let half = 0.5 * f64::from(ctx.h);
+    let mut kick = answer(&spin, torque + arm.cross(force)) * half;
+    for _ in 0..ctx.substeps {
+        let turned = rotate_freely(&spin, w + kick, ctx.h, ctx.substeps);
+        spin.rotation = turned.rotation;
+        let arm = arm_of(spin.rotation);
+        kick = answer(&spin, torque + arm.cross(force)) * half;
+        w = DVec3::from(turned.w) + DVec3::from(turned.w_rest) + kick;
+    }
+    let arm = arm_of(spin.rotation);
+    w = w * f64::from(damping(ctx, body, w, arm));
+    let v = w.cross(arm);
+    #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
+    let part = 1.0 / ctx.substeps as f32;
+    let impulse = ((v - start).single() - acc * ctx.dt) * (m * part);
+    let center = (DVec3::from(pivot) + arm).single();
+    let v = v.single();
+    let single = w.single();
+    let w_rest = (w - DVec3::from(single)).single();
+    let state = BodyState { center, rotation: spin.rotation, v, w: single };
+    Some(Swung { state, w_rest, impulse })
+}
+
+/// The angular velocity that a momentum gives.
+fn answer(spin: &Spin, momentum: DVec3) -> DVec3 {
+    let q = DQuat::widened(spin.rotation).times(DQuat::widened(spin.principal)).normalized();
+    let (l, m) = (q.unrotate(momentum), DVec3::from(spin.moments));
+    q.rotate(DVec3 { x: l.x / m.x, y: l.y / m.y, z: l.z / m.z })
+}
+
+/// What damping leaves of the angular velocity in the step: the energy falls at the rate that damping of
+/// the center's motion and of the turn together make.
+#[expect(clippy::cast_possible_truncation, reason = "a mean of two rates")]
+fn damping(ctx: &StepContext, body: &Body, w: DVec3, arm: DVec3) -> f32 {
+    let (linear, angular) = (f64::from(body.linear_damping), f64::from(body.angular_damping));
+    if linear + angular <= 0.0 {
+        return 1.0;
+    }
+    let v = w.cross(arm);
+    let spin = Sym3::rotated_diagonal(body.rotation * body.principal, body.moments).mul(w.single());
+    let moving = f64::from(body.mass) * v.dot(v);
+    let turning = w.dot(DVec3::from(spin));
+    let all = moving + turning;
+    let rate = if all > 0.0 { (linear * moving + angular * turning) / all } else { angular };
+    exact_decay(rate as f32, ctx.dt)
+}

@@ -1,0 +1,10 @@
+//! Joints of six axes: blocks of eight, their locked axes, drives and limits.
+
+pub(crate) mod angles;
+pub(crate) mod block;
+pub(crate) mod drive;
+pub(crate) mod kernel;
+pub(crate) mod kernel_pinned;
+pub(crate) mod locked_axes;
+pub(crate) mod placed;
+pub(crate) mod prepare;

@@ -1,0 +1,195 @@
+//! A block of joints of six axes as it stands in a substep, and the response of one axis.
+
+use fearless_simd::Simd;
+
+use super::block::SixBlock;
+use super::drive::Law;
+use super::locked_axes::Row;
+use crate::base::disjoint::Rows;
+use crate::base::wide::{
+    Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
+};
+use crate::step::solver::body::integrate::load_start;
+use crate::step::solver::body::row::Aux;
+use crate::step::solver::joint::sweep::{JointSweep, Turn};
+use crate::step::solver_body::{Line, Velocity};
+
+/// What drive, friction and limit feel: inverse mass, coordinate, speed, and the speed when the substep began.
+#[derive(Clone, Copy)]
+pub(crate) struct Felt<S: Simd> {
+    pub(crate) k: Wide<S>,
+    pub(crate) x: Wide<S>,
+    pub(crate) v: Wide<S>,
+    pub(crate) start: Wide<S>,
+}
+
+/// Solves what acts on an axis, whose impulses so far are `old`, drive, friction and limit; returns them anew. In
+/// a relax sweep springs do not push: they go by where the bodies were.
+#[inline(always)]
+pub(crate) fn act<S: Simd>(
+    simd: S,
+    block: &SixBlock,
+    axis: usize,
+    [old, old_friction, old_limit]: [Wide<S>; 3],
+    felt: Felt<S>,
+    sweep: &JointSweep,
+) -> [Wide<S>; 3] {
+    let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
+    let hardest = splat(simd, sweep.hardest);
+    let is_locked = above(load(simd, &block.locked[axis]), zero);
+    let most_back = splat(simd, sweep.caps.push(axis));
+    let axis = &block.axes[axis];
+    let Felt { k, x, v, start } = felt;
+    // What forces, contacts and other joints give in the substep: all but the impulse itself.
+    let gained = |v: Wide<S>, own: Wide<S>| v - k * own - start;
+    let inverse = inverse_or_zero(simd, k);
+    let mut drive = zero;
+    if axis.drives {
+        let most = load(simd, &axis.most);
+        let law = axis.drive.law(simd, k, gained(v, old), [inv_h, hardest]);
+        let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
+        drive = max(min(new, most), -most);
+        if sweep.is_relax {
+            drive = select(above(law.rate, zero), old, drive);
+        }
+    }
+    let drive = select(is_locked, old, drive);
+    let v = v + k * (drive - old);
+
+    let most = load(simd, &axis.friction);
+    let friction = max(min(old_friction - v * inverse, most), -most);
+    let v = v + k * (friction - old_friction);
+
+    if !axis.limits {
+        return [drive, friction, zero];
+    }
+    let old = old_limit;
+    let (low, high) = (load(simd, &axis.low), load(simd, &axis.high));
+    let (over_low, over_high) = (x - low, x - high);
+    let is_low = above(-over_high, over_low);
+    let error = select(is_low, over_low, over_high);
+    let open = above(select(is_low, error, -error), zero);
+    let s = &sweep.softness;
+    let bias = max(min(splat(simd, s.rate) * error, most_back), -most_back);
+    let hard = Law { gain: splat(simd, s.mass), rate: zero, bias };
+    let shut = hard.impulse(inverse, v, error, old);
+    let ahead = old - (v + error * inv_h) * inverse;
+    let one_way = |new: Wide<S>| select(is_low, max(new, zero), min(new, zero));
+    let mut limit = one_way(select(open, ahead, shut));
+    if axis.yields {
+        let is_hard = above(load(simd, &axis.hard), zero);
+        let law = axis.limit.law(simd, k, gained(v, old), [inv_h, hardest]);
+        let sprung = law.impulse(inverse, v, error, old);
+        // Without room between them, both hold: a spring about one place.
+        let tight = above(splat(simd, 1.0e-9), high - low);
+        let soft = select(tight, sprung, one_way(select(open, zero, sprung)));
+        limit = select(is_hard, limit, if sweep.is_relax { old } else { soft });
+    }
+    [drive, friction, select(is_locked, zero, limit)]
+}
+
+/// The bodies of a block's joints at the place of this sweep's rows.
+pub(crate) struct Placed<S: Simd> {
+    pub(crate) alpha: Wide<S>,
+    pub(crate) beta: Wide<S>,
+    pub(crate) sa: Sym3w<S>,
+    pub(crate) sb: Sym3w<S>,
+    pub(crate) va: Velocity<S>,
+    pub(crate) vb: Velocity<S>,
+    /// Their velocities when the substep began; nothing where no spring asks.
+    pub(crate) start_a: Velocity<S>,
+    pub(crate) start_b: Velocity<S>,
+    /// Angular velocities of kinematic bodies.
+    pub(crate) spin_a: Vec3w<S>,
+    pub(crate) spin_b: Vec3w<S>,
+    /// How A turned since the step's start, and B against A.
+    pub(crate) to_a: Turn<S>,
+    turn: Vec3w<S>,
+    pub(crate) arm_a: Vec3w<S>,
+    pub(crate) arm_b: Vec3w<S>,
+    pub(crate) gap: Vec3w<S>,
+    /// Velocity of B's anchor less that of A's by kinematic bodies.
+    pub(crate) drift: Vec3w<S>,
+}
+
+impl<S: Simd> Placed<S> {
+    #[inline(always)]
+    pub(crate) fn read(
+        simd: S,
+        block: &SixBlock,
+        (lines, aux): (&Rows<'_, Line>, &Rows<'_, Aux>),
+        sweep: &JointSweep,
+    ) -> Self {
+        let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+        let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
+        let (va, xa) = sweep.read(simd, lines, &block.row_a);
+        let (vb, xb) = sweep.read(simd, lines, &block.row_b);
+        let (mut start_a, mut start_b) = (va, vb);
+        if block.springs {
+            start_a = load_start(simd, aux, &block.row_a);
+            start_b = load_start(simd, aux, &block.row_b);
+        }
+        let elapsed = splat(simd, sweep.elapsed);
+        let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
+        let turn_a = sa.mul(xa.w) + spin_a * elapsed;
+        let turn_b = sb.mul(xb.w) + spin_b * elapsed;
+        let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
+        let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
+        // Shifts by themselves: arms of meters would round away what a gap is.
+        let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
+        let (ra, arm_b) = (r0a + shift_a, r0b + shift_b);
+        let drift = Vec3w::load(simd, &block.drift);
+        let moved = xb.v * beta - xa.v * alpha + drift * elapsed;
+        let gap = Vec3w::load(simd, &block.gap) + (moved + (shift_b - shift_a));
+        let arm_a = ra + gap;
+        let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
+        let drift = drift + spin_b.cross(arm_b) - spin_a.cross(arm_a);
+        Self {
+            alpha,
+            beta,
+            sa,
+            sb,
+            va,
+            vb,
+            start_a,
+            start_b,
+            spin_a,
+            spin_b,
+            to_a,
+            turn,
+            arm_a,
+            arm_b,
+            gap,
+            drift,
+        }
+    }
+
+    /// The row of a turn, and its angle.
+    #[inline(always)]
+    pub(crate) fn about(&self, simd: S, block: &SixBlock, i: usize) -> (Row<S>, Wide<S>) {
+        let n = Vec3w::load(simd, &block.n[i]);
+        let row = Row::about(self.to_a.apply(n), [&self.sa, &self.sb]);
+        (row, load(simd, &block.angles[i]) + n.dot(self.turn))
+    }
+
+    /// Angular velocities.
+    #[inline(always)]
+    pub(crate) fn spins(&self) -> [Vec3w<S>; 2] {
+        [self.sa.mul(self.va.w) + self.spin_a, self.sb.mul(self.vb.w) + self.spin_b]
+    }
+
+    /// Velocity of B's anchor less that of A's.
+    #[inline(always)]
+    pub(crate) fn slip(&self) -> Vec3w<S> {
+        let (wa, wb) = (self.sa.mul(self.va.w), self.sb.mul(self.vb.w));
+        self.vb.v * self.beta - self.va.v * self.alpha + self.drift + wb.cross(self.arm_b)
+            - wa.cross(self.arm_a)
+    }
+}
+
+/// The warm start of a block in the rows of now, and what a sweep gave beside it: linear impulses, and those about
+/// anchor B.
+pub(crate) struct Given<S: Simd> {
+    pub(crate) old: [Vec3w<S>; 2],
+    pub(crate) new: [Vec3w<S>; 2],
+}

@@ -1,0 +1,114 @@
+//! Parameters of a sweep over joints, and the turn of anchors within a step.
+
+use fearless_simd::Simd;
+
+use crate::base::disjoint::Rows;
+use crate::base::wide::{LANES, Vec3w, Wide, min, splat};
+use crate::step::caps::Caps;
+use crate::step::context::StepContext;
+use crate::step::softness::Softness;
+use crate::step::solver_body::{Line, Velocity, load_motion, load_velocity};
+
+/// A rotation by a vector of up to 2.8 rad.
+#[derive(Clone, Copy)]
+pub(crate) struct Turn<S: Simd> {
+    /// Half the vector, and what its product with an arm, and that with this product, are multiplied by.
+    half: Vec3w<S>,
+    once: Wide<S>,
+    twice: Wide<S>,
+}
+
+impl<S: Simd> Turn<S> {
+    /// tan y = y a/b, a = 1 - y²/9 + y⁴/945, b = 1 - 4 y²/9 + y⁴/63, wrong by 1e-6 at 1 rad; of that Rodrigues' formula.
+    /// (With whole numbers in a and b small turns would be rounded.)
+    #[inline(always)]
+    pub(crate) fn new(simd: S, t: Vec3w<S>) -> Self {
+        let half = t * splat(simd, 0.5);
+        let q = min(half.dot(half), splat(simd, 2.0));
+        let one = splat(simd, 1.0);
+        let a = one - (splat(simd, 1.0 / 9.0) - splat(simd, 1.0 / 945.0) * q) * q;
+        let b = one - (splat(simd, 4.0 / 9.0) - splat(simd, 1.0 / 63.0) * q) * q;
+        let scale = (a + a) / (b * b + q * (a * a));
+        Self { half, once: scale * b, twice: scale * a }
+    }
+
+    /// How far it moves `r`.
+    #[inline(always)]
+    pub(crate) fn shift(&self, r: Vec3w<S>) -> Vec3w<S> {
+        let once = self.half.cross(r);
+        once * self.once + self.half.cross(once) * self.twice
+    }
+
+    #[inline(always)]
+    pub(crate) fn apply(&self, r: Vec3w<S>) -> Vec3w<S> {
+        r + self.shift(r)
+    }
+}
+
+/// What one sweep over joints does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointSweep {
+    pub(crate) inv_h: f32,
+    pub(crate) softness: Softness,
+    /// How fast errors close.
+    pub(crate) caps: Caps,
+    /// [`Softness::hardness`] of locked axes: drives and sprung limits, which those answer for, are no harder. (With twice the frequency
+    /// of the locked axes, muscles of 1e5 N m made people of 1e15 J.)
+    pub(crate) hardest: f32,
+    /// Time of the step that positions have advanced [s].
+    pub(crate) elapsed: f32,
+    /// A relax sweep: rows as they were this long ago [s], the warm start where it is.
+    pub(crate) back: f32,
+    pub(crate) is_relax: bool,
+}
+
+impl JointSweep {
+    /// A sweep that solves, when positions have advanced by `elapsed` [s].
+    pub(crate) const fn solving(ctx: &StepContext, elapsed: f32) -> Self {
+        let softness = ctx.soft_joint;
+        let hardest = softness.hardness();
+        let (inv_h, caps) = (ctx.inv_h, ctx.caps);
+        Self { inv_h, softness, caps, hardest, elapsed, back: 0.0, is_relax: false }
+    }
+
+    /// A relax sweep in the middle of a substep, of which positions have advanced to the end, `moved` [s].
+    pub(crate) fn relaxing(ctx: &StepContext, moved: f32) -> Self {
+        let back = 0.5 * ctx.h;
+        let solving = Self::solving(ctx, moved - back);
+        Self { softness: Softness::RIGID, back, is_relax: true, ..solving }
+    }
+
+    /// Velocities of eight bodies, and the motion at which this sweep's rows stand.
+    #[inline(always)]
+    pub(crate) fn read<S: Simd>(
+        &self,
+        simd: S,
+        lines: &Rows<'_, Line>,
+        rows: &[u32; LANES],
+    ) -> (Velocity<S>, Velocity<S>) {
+        let v = load_velocity(simd, lines, rows);
+        let mut x = load_motion(simd, lines, rows);
+        if self.is_relax {
+            let back = splat(simd, self.back);
+            (x.v, x.w) = (x.v - v.v * back, x.w - v.w * back);
+        }
+        (v, x)
+    }
+}
+
+/// By how much the end of arm B leaves its tangent in a substep, over its length, less that of arm A: w × (w × r) h/2, and no
+/// more than a chord for a fast turn. Without it the joints of a crank at ten turns a second stand open by centimeters.
+#[inline(always)]
+pub(crate) fn bend<S: Simd>(
+    simd: S,
+    [wa, wb]: [Vec3w<S>; 2],
+    [ra, rb]: [Vec3w<S>; 2],
+    h: Wide<S>,
+) -> Vec3w<S> {
+    let half = h * splat(simd, 0.5);
+    let one = splat(simd, 1.0);
+    let chord = |w: Vec3w<S>| one + half * half * w.dot(w);
+    let (chord_a, chord_b) = (chord(wa), chord(wb));
+    let share = half / (chord_a * chord_b);
+    wb.cross(wb.cross(rb)) * (chord_a * share) - wa.cross(wa.cross(ra)) * (chord_b * share)
+}

@@ -1,0 +1,87 @@
+//! Rows of the solver as lent to groups.
+
+use super::body::island_motion::Frames;
+use super::body::row::Aux;
+use super::body::squeeze::Squeeze;
+use super::body::state::BodyState;
+use super::contact::arena::Blocks;
+use super::contact::block::Extra;
+use super::contact::parting::Parting;
+use super::impact::Impacts;
+use super::joint::block::{JointBlock, JointRest};
+use super::joint::coupling_row::CouplingRow;
+use super::joint::six_dof::block::SixBlock;
+use super::pass::Progress;
+use super::plan::Plan;
+use super::totals_rows::{Askers, ContactTally, JointTally, Peaks, TreeTally, Watch};
+use super::tree::rows::{TreeBody, TreeRow};
+use super::work::Bound;
+use crate::base::bit_set::BitSet;
+use crate::base::disjoint::Rows;
+use crate::base::math::Vec3;
+use crate::geometry::collide::MeshScratch;
+use crate::state::bodies::Bodies;
+use crate::state::contacts::{Slots, Softened};
+use crate::state::joints::Joint;
+use crate::state::method::Method;
+use crate::state::shapes::Shapes;
+use crate::step::context::StepContext;
+use crate::step::solver_body::{Line, Whitening};
+
+/// The solver's rows as lent to the groups: each touches its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solver<'a> {
+    pub(super) ctx: &'a StepContext,
+    pub(super) method: &'a Method,
+    pub(super) bodies: &'a Bodies,
+    pub(super) shapes: &'a Shapes,
+    pub(super) plan: &'a Plan,
+    pub(super) line_of: &'a [u32],
+    pub(super) lines: Rows<'a, Line>,
+    pub(super) whitening: Rows<'a, Whitening>,
+    pub(super) aux: Rows<'a, Aux>,
+    pub(super) acceleration: Rows<'a, Vec3>,
+    pub(super) squeezes: Rows<'a, Squeeze>,
+    /// Empty unless some body turns far, or a group takes its step in rounds, and which one this is.
+    pub(super) states: Rows<'a, BodyState>,
+    pub(super) round: u32,
+    pub(super) frames: Rows<'a, Frames>,
+    pub(super) meshes: Rows<'a, MeshScratch>,
+    pub(super) blocks: Blocks<'a>,
+    /// Empty, or one for each block.
+    pub(super) extras: Rows<'a, Extra>,
+    pub(super) has_extras: bool,
+    /// Some contact that does not bounce may get a blow: see [`narrowphase::turns::blows`].
+    pub(super) blows: bool,
+    /// Some contact's bodies turn together: see [`narrowphase::turns::corotates`].
+    pub(super) turning: Option<&'a BitSet>,
+    /// Some contact may be parted: only then `partings` and `ways` have rows.
+    pub(super) parts: bool,
+    pub(super) partings: Rows<'a, Parting>,
+    pub(super) ways: Rows<'a, Line>,
+    pub(super) joints: Rows<'a, JointBlock>,
+    pub(super) joint_rests: Rows<'a, JointRest>,
+    pub(super) sixdofs: Rows<'a, SixBlock>,
+    pub(super) couplings: Rows<'a, CouplingRow>,
+    pub(super) bounds: Rows<'a, Bound>,
+    pub(super) tree_gains: Rows<'a, f64>,
+    pub(super) tree_bodies: Rows<'a, TreeBody>,
+    pub(super) tree_rows: Rows<'a, TreeRow>,
+    /// Empty where `extras` is, as are `free`.
+    pub(super) impacts: Rows<'a, Impacts>,
+    pub(super) free: Rows<'a, Option<bool>>,
+    pub(super) begun: Rows<'a, u8>,
+    pub(super) progress: Rows<'a, Progress>,
+    pub(super) askers: Askers<'a>,
+    pub(super) watches: Rows<'a, Watch>,
+    pub(super) tallies: Rows<'a, ContactTally>,
+    pub(super) peaks: Rows<'a, Peaks>,
+    /// Empty where `extras` is.
+    /// Empty unless something can break.
+    pub(super) joint_tallies: Rows<'a, JointTally>,
+    pub(super) six_tallies: Rows<'a, JointTally>,
+    pub(super) tree_tallies: Rows<'a, TreeTally>,
+    pub(super) contacts: Slots<'a>,
+    pub(super) softened: &'a [Softened],
+    pub(super) joint_slots: Rows<'a, Option<Joint>>,
+}

@@ -1,0 +1,99 @@
+//! The islands that have joints, numbered group by group: [`super::bound`] holds each against what can do work.
+
+use super::group::{Group, number};
+use crate::base::grow;
+use crate::state::bodies::{Bodies, NONE};
+use crate::state::joints::Joints;
+use crate::step::solver::work::Bound;
+
+/// Larger islands are not held: all impulses of a thousand bodies are not to be taken down for one limb, and what it costs
+/// to ask them all, twice a substep, is as much as to solve them.
+const MOST: usize = 1000;
+
+/// The islands that have joints, group by group.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bins {
+    pub(crate) count: usize,
+    /// The number of each line's island, or [`NONE`].
+    pub(crate) of_line: Vec<u32>,
+    /// Lines of these islands, island by island in the order of their bodies' rows: that of lines is another one in a world
+    /// that goes on from a snapshot.
+    pub(crate) lines: Vec<u32>,
+    /// While they are numbered, that of each island.
+    of_island: Vec<u32>,
+}
+
+impl Bins {
+    /// One for each island, of which nothing is known.
+    pub(crate) fn begin(&self, bounds: &mut Vec<Bound>) {
+        bounds.clear();
+        grow::resize(bounds, self.count, Bound::default());
+    }
+
+    /// Numbers the islands that have joints. `members` are the bodies of the lines from 1 on.
+    pub(crate) fn place(
+        &mut self,
+        bodies: &Bodies,
+        joints: &Joints,
+        members: &[u32],
+        groups: &mut [Group],
+    ) {
+        self.count = 0;
+        self.lines.clear();
+        if joints.rows.is_empty() {
+            self.of_line.clear();
+            groups.iter_mut().for_each(|group| (group.bins, group.bin_lines) = (0..0, 0..0));
+            return;
+        }
+        grow::resize(&mut self.of_line, members.len() + 1, NONE);
+        self.of_line.fill(NONE);
+        let body = |line: usize| bodies.at(members[line - 1]);
+        for group in groups {
+            let (first, begin) = (self.count, self.lines.len());
+            let kinds = [&group.joints, &group.sixdofs, &group.couplings, &group.trees];
+            let has_joints = kinds.iter().any(|kind| !kind.is_empty());
+            let lines = if has_joints { group.lines.clone() } else { 0..0 };
+            for line in lines.clone().filter(|line| !body(*line).joints.is_empty()) {
+                let island = body(line).island as usize;
+                if self.of_island.len() <= island {
+                    self.of_island.resize(island + 1, NONE);
+                }
+                if self.of_island[island] == NONE {
+                    self.of_island[island] = number(self.count);
+                    self.count += 1;
+                }
+            }
+            for line in lines.clone() {
+                let island = body(line).island as usize;
+                if let Some(bin) = self.of_island.get(island).filter(|bin| **bin != NONE) {
+                    self.of_line[line] = *bin;
+                    self.lines.push(number(line));
+                }
+            }
+            let of_line = &self.of_line;
+            self.lines[begin..].sort_unstable_by_key(|line| {
+                (of_line[*line as usize], members[*line as usize - 1])
+            });
+            self.leave_out_large(begin);
+            for line in lines {
+                if let Some(bin) = self.of_island.get_mut(body(line).island as usize) {
+                    *bin = NONE;
+                }
+            }
+            (group.bins, group.bin_lines) = (first..self.count, begin..self.lines.len());
+        }
+    }
+
+    /// Of the lines from `begin` on, those of islands that are too large.
+    fn leave_out_large(&mut self, begin: usize) {
+        let of_line = &self.of_line;
+        let same = |a: &u32, b: &u32| of_line[*a as usize] == of_line[*b as usize];
+        let large = self.lines[begin..].chunk_by(same).filter(|lines| lines.len() > MOST);
+        let large: Vec<u32> = large.flatten().copied().collect();
+        large.iter().for_each(|line| self.of_line[*line as usize] = NONE);
+        if !large.is_empty() {
+            let of_line = &self.of_line;
+            self.lines.retain(|line| of_line[*line as usize] != NONE);
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! Trees of joints that are solved directly: which joints they are, and in what order.
+//!
+//! Bodies that joints connect form components; one is solved directly if its joints are balls or of six axes,
+//! close no loop over bodies that move, and some body in it passes on the weight of many times its own mass
+//! or a joint of it asks for that. A joint of six axes that holds none connects nothing.
+//! All others are solved joint by joint. A fixed or kinematic body connects nothing: a joint to it
+//! is a leaf. The forest is formed anew only when a joint comes or goes or a body on one wakes or falls
+//! asleep. See docs/decisions/017-direct-joint-trees.md.
+
+use core::ops::Range;
+
+use super::group::Group;
+use super::joint_class::SIX_DIRECT;
+use super::layout::Layout;
+use crate::base::wide::LANES;
+use crate::state::bodies::{Bodies, NONE};
+use crate::state::colors::Colors;
+use crate::state::joints::{Joints, Link};
+
+/// A joint of a tree. Its bodies are numbers in [`Forest::bodies`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TreeJoint {
+    pub(crate) row: u32,
+    pub(crate) child: u32,
+    /// [`NONE`]: the world.
+    pub(crate) parent: u32,
+    /// The child is the joint's body A.
+    pub(crate) is_child_a: bool,
+    /// Block and lane of a joint of six axes, as block × lanes + lane; [`NONE`] of a ball.
+    pub(crate) six: u32,
+}
+
+/// A tree: its bodies, each after its children, so that the root is the last one; and its joints, those to
+/// the world first, then those to the parent of each body but the root, in the order of bodies.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
+    pub(crate) bodies: Range<usize>,
+    pub(crate) joints: Range<usize>,
+    /// What its compliance is multiplied by.
+    pub(crate) slack: f64,
+    /// How many drives and limits its joints have, and where the answers of each to each stand.
+    pub(crate) scalars: usize,
+    pub(crate) gains: Range<usize>,
+}
+
+/// Compliance of a tree that the world holds at two places or more, over that of others: its joints may
+/// contradict each other, and their pull then is what softness leaves of it. (With 1, a chain of 6 m between
+/// posts 0.2 m too far apart flew apart within two seconds.)
+const HELD_TWICE: f64 = 10.0;
+
+/// A joint's end at a body that moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct End {
+    body: u32,
+    joint: u32,
+    /// The body at the other end, or [`NONE`].
+    other: u32,
+    is_a: bool,
+}
+
+/// All trees that are awake.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Forest {
+    pub(crate) trees: Vec<Tree>,
+    /// Rows of bodies.
+    pub(crate) bodies: Vec<u32>,
+    pub(crate) joints: Vec<TreeJoint>,
+    /// Numbers of trees by group.
+    pub(crate) order: Vec<u32>,
+    ratio: f32,
+    keys: Vec<(u32, u32)>,
+    ends: Vec<End>,
+    /// Of each body row on a joint: the representative of its component.
+    roots: Vec<u32>,
+    /// Representatives of components that cannot be solved directly.
+    unfit: Vec<bool>,
+    /// Representatives of components of which a joint asks to be solved directly.
+    asked: Vec<bool>,
+    /// Rows and places of joints of six axes.
+    places: Vec<(u32, u32)>,
+    /// Of each body of a tree: its parent's number and the end by which that was met.
+    parents: Vec<(u32, Option<End>)>,
+    sides: Vec<Side>,
+}
+
+/// What hangs on a body on the far side from the root.
+#[derive(Clone, Copy, Debug, Default)]
+struct Side {
+    mass: f64,
+    /// The two greatest loads that pull on the body.
+    pulls: [f64; 2],
+    /// Joints to the world.
+    holds: usize,
+}
+
+impl Side {
+    fn pull(&mut self, load: f64) {
+        if load > self.pulls[0] {
+            self.pulls = [load, self.pulls[0]];
+        } else if load > self.pulls[1] {
+            self.pulls[1] = load;
+        }
+    }
+}
+
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer than 2^32 bodies")
+}
+
+impl Forest {
+    /// True if trees would be chosen by another ratio than they were.
+    pub(crate) fn is_by(&self, ratio: f32) -> bool {
+        self.ratio.to_bits() == ratio.to_bits()
+    }
+
+    /// Finds the trees among the joints in the colors, and marks their joints.
+    pub(crate) fn form(
+        &mut self,
+        bodies: &Bodies,
+        joints: &mut Joints,
+        colors: &Colors,
+        line_of: &[u32],
+        ratio: f32,
+    ) {
+        self.ratio = ratio;
+        self.trees.clear();
+        self.bodies.clear();
+        self.joints.clear();
+        self.ends.clear();
+        let all = || {
+            let colorings = [&colors.joints, &colors.joints_fixed];
+            let colors = colorings.into_iter().flat_map(|coloring| &coloring.colors);
+            colors.flat_map(|color| color.members.iter().copied())
+        };
+        if all().next().is_none() {
+            return;
+        }
+        let end = |body: u32| if line_of[body as usize] == 0 { NONE } else { body };
+        self.begin_components(bodies);
+        for row in all() {
+            let joint = joints.at_mut(row);
+            joint.is_direct = false;
+            let (a, b) = (end(joint.body_a), end(joint.body_b));
+            // Bodies that were put aside may still be named by a joint.
+            if (a, b) != (NONE, NONE) && connects(&joint.link) {
+                let fits = matches!(joint.link, Link::Ball | Link::Six(_));
+                self.connect(a, b, fits, joint.articulated);
+            }
+        }
+        for row in all() {
+            let joint = joints.at(row);
+            let (a, b) = (end(joint.body_a), end(joint.body_b));
+            if (a, b) == (NONE, NONE) || !connects(&joint.link) {
+                continue;
+            }
+            let root = find(&mut self.roots, if a == NONE { b } else { a });
+            if self.unfit[root as usize] {
+                continue;
+            }
+            for (body, other, is_a) in [(a, b, true), (b, a, false)] {
+                if body != NONE {
+                    self.ends.push(End { body, joint: row, other, is_a });
+                }
+            }
+        }
+        self.ends.sort_unstable();
+        self.keys.clear();
+        for end in &self.ends {
+            if self.keys.last().is_none_or(|(_, body)| *body != end.body) {
+                self.keys.push((find(&mut self.roots, end.body), end.body));
+            }
+        }
+        self.keys.sort_unstable();
+        let keys = core::mem::take(&mut self.keys);
+        for component in keys.chunk_by(|a, b| a.0 == b.0) {
+            // A body alone has nothing that its joints could disagree about.
+            if component.len() > 1 {
+                self.grow(component[0].1, component.len(), bodies, joints);
+            }
+        }
+        self.keys = keys;
+    }
+
+    /// Each body a component of its own.
+    fn begin_components(&mut self, bodies: &Bodies) {
+        self.roots.clear();
+        self.unfit.clear();
+        let n = bodies.rows.slot_count();
+        self.roots.extend(0..number(n));
+        self.unfit.resize(n, false);
+        self.asked.clear();
+        self.asked.resize(n, false);
+        for row in &bodies.awake {
+            self.unfit[*row as usize] = bodies.at(*row).locks.linear != [false; 3];
+        }
+    }
+
+    /// Unites the components of a joint's bodies, or notes a loop. Its representative is its least body.
+    fn connect(&mut self, a: u32, b: u32, fits: bool, asks: bool) {
+        let one = find(&mut self.roots, if a == NONE { b } else { a });
+        self.unfit[one as usize] |= !fits;
+        self.asked[one as usize] |= asks;
+        if a == NONE || b == NONE {
+            return;
+        }
+        let other = find(&mut self.roots, b);
+        let (low, high) = (one.min(other), one.max(other));
+        self.unfit[low as usize] |= one == other || self.unfit[high as usize];
+        self.asked[low as usize] |= self.asked[high as usize];
+        self.roots[high as usize] = low;
+    }
+
+    fn ends_of(&self, body: u32) -> Range<usize> {
+        let first = self.ends.partition_point(|e| e.body < body);
+        first..self.ends.partition_point(|e| e.body <= body)
+    }
+
+    /// Adds the tree of `root` if it is one that needs it.
+    fn grow(&mut self, root: u32, count: usize, bodies: &Bodies, joints: &mut Joints) {
+        let (first_body, first_joint) = (self.bodies.len(), self.joints.len());
+        let last = first_body + count - 1;
+        self.bodies.resize(first_body + count, NONE);
+        self.parents.clear();
+        self.parents.resize(count, (NONE, None));
+        // From the root outward, from the end of the list to its beginning.
+        self.bodies[last] = root;
+        let mut free = last;
+        for at in (first_body..=last).rev() {
+            let body = self.bodies[at];
+            let up = self.parents[at - first_body].1;
+            for i in self.ends_of(body) {
+                let end = self.ends[i];
+                if up.is_some_and(|up| up.joint == end.joint) {
+                    continue;
+                }
+                if end.other == NONE {
+                    let child = number(at);
+                    let is_child_a = end.is_a;
+                    self.joints.push(TreeJoint {
+                        row: end.joint,
+                        child,
+                        parent: NONE,
+                        is_child_a,
+                        six: NONE,
+                    });
+                } else {
+                    free -= 1;
+                    self.bodies[free] = end.other;
+                    self.parents[free - first_body] = (number(at), Some(end));
+                }
+            }
+        }
+        debug_assert!(free == first_body, "a component without loops is a tree");
+        let holds = self.joints.len() - first_joint;
+        for at in first_body..last {
+            let (parent, end) = self.parents[at - first_body];
+            let end = end.expect("all but the root were met by a joint");
+            let (child, is_child_a) = (number(at), !end.is_a);
+            self.joints.push(TreeJoint { row: end.joint, child, parent, is_child_a, six: NONE });
+        }
+        let slack = if holds > 1 { HELD_TWICE } else { 1.0 };
+        let joints_of = first_joint..self.joints.len();
+        let mut scalars = 0;
+        for joint in &self.joints[joints_of.clone()] {
+            if let Link::Six(six) = &joints.at(joint.row).link {
+                scalars += six.def.scalar_count();
+            }
+        }
+        let first_gain = self.trees.last().map_or(0, |tree| tree.gains.end);
+        let gains = first_gain..first_gain + scalars * scalars;
+        let bodies_of = first_body..last + 1;
+        let tree = Tree { bodies: bodies_of, joints: joints_of, slack, scalars, gains };
+        let is_asked = self.asked[find(&mut self.roots, root) as usize];
+        if is_asked || self.strain(&tree, bodies) >= f64::from(self.ratio) {
+            for joint in &self.joints[tree.joints.clone()] {
+                joints.at_mut(joint.row).is_direct = true;
+            }
+            self.trees.push(tree);
+        } else {
+            self.bodies.truncate(first_body);
+            self.joints.truncate(first_joint);
+        }
+    }
+
+    /// The greatest load that a body of the tree passes on, over its own mass: the second of the masses
+    /// that pull on it. What is held by the world pulls with all there is.
+    fn strain(&mut self, tree: &Tree, bodies: &Bodies) -> f64 {
+        let (first, n) = (tree.bodies.start, tree.bodies.len());
+        let rows = &self.bodies[tree.bodies.clone()];
+        let mass = |i: usize| f64::from(bodies.at(rows[i]).mass);
+        let total: f64 = (0..n).map(mass).sum();
+        let sides = &mut self.sides;
+        sides.clear();
+        sides.extend((0..n).map(|i| Side { mass: mass(i), ..Side::default() }));
+        let held = |joint: &&TreeJoint| joint.parent == NONE;
+        let holds = self.joints[tree.joints.clone()].iter().take_while(held).count();
+        for joint in &self.joints[tree.joints.clone()][..holds] {
+            let side = &mut sides[joint.child as usize - first];
+            side.holds += 1;
+            side.pull(total);
+        }
+        // Toward the root: what pulls from below; then back: what pulls from above.
+        let links = &self.joints[tree.joints.clone()][holds..];
+        for joint in links {
+            let (child, parent) = (joint.child as usize - first, joint.parent as usize - first);
+            let below = sides[child];
+            let up = &mut sides[parent];
+            up.mass += below.mass;
+            up.holds += below.holds;
+            up.pull(if below.holds > 0 { total } else { below.mass });
+        }
+        for joint in links {
+            let child = &mut sides[joint.child as usize - first];
+            child.pull(if holds > child.holds { total } else { total - child.mass });
+        }
+        (0..n).fold(0.0, |most, i| crate::base::double::greater(sides[i].pulls[1] / mass(i), most))
+    }
+}
+
+impl Forest {
+    /// Finds where the joints of six axes stand.
+    pub(crate) fn locate(&mut self, sixdofs: &Layout) {
+        self.places.clear();
+        if self.joints.is_empty() {
+            return;
+        }
+        let direct = sixdofs.batches.iter().filter(|batch| batch.class & SIX_DIRECT != 0);
+        for block in direct.flat_map(|batch| batch.blocks.clone()) {
+            let lanes = sixdofs.owners[block].iter().enumerate();
+            let owned = lanes.filter(|(_, row)| **row != NONE);
+            self.places.extend(owned.map(|(lane, row)| (*row, number(block * LANES + lane))));
+        }
+        self.places.sort_unstable();
+        for joint in &mut self.joints {
+            let found = self.places.binary_search_by_key(&joint.row, |(row, _)| *row);
+            joint.six = found.map_or(NONE, |at| self.places[at].1);
+        }
+    }
+
+    /// Puts the trees in the order of their groups.
+    pub(crate) fn place(&mut self, group_of_line: &[u32], line_of: &[u32], groups: &mut [Group]) {
+        let (trees, bodies) = (&self.trees, &self.bodies);
+        let group = |tree: &u32| {
+            let body = bodies[trees[*tree as usize].bodies.start];
+            group_of_line[line_of[body as usize] as usize]
+        };
+        self.order.clear();
+        self.order.extend(0..number(trees.len()));
+        self.order.sort_unstable_by_key(|tree| (group(tree), *tree));
+        for (number, of) in (0..).zip(groups) {
+            let first = self.order.partition_point(|tree| group(tree) < number);
+            of.trees = first..self.order.partition_point(|tree| group(tree) <= number);
+        }
+    }
+}
+
+/// True unless it is of six axes and holds none.
+fn connects(link: &Link) -> bool {
+    !matches!(link, Link::Six(six) if !six.def.holds_any())
+}
+
+/// The representative of a component.
+fn find(roots: &mut [u32], body: u32) -> u32 {
+    let mut at = body;
+    while roots[at as usize] != at {
+        roots[at as usize] = roots[roots[at as usize] as usize];
+        at = roots[at as usize];
+    }
+    at
+}

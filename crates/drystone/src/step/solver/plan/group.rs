@@ -1,0 +1,27 @@
+//! Groups of islands: the unit of work.
+
+use core::ops::Range;
+
+use crate::state::bodies::Fineness;
+
+/// Islands that are solved together.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Group {
+    pub(crate) lines: Range<usize>,
+    pub(crate) contacts: Range<usize>,
+    pub(crate) joints: Range<usize>,
+    pub(crate) sixdofs: Range<usize>,
+    /// In [`Plan::couplings`].
+    pub(crate) couplings: Range<usize>,
+    /// In [`Forest::order`].
+    pub(crate) trees: Range<usize>,
+    /// Numbers of [`Bins`].
+    pub(crate) bins: Range<usize>,
+    /// In [`Bins::lines`].
+    pub(crate) bin_lines: Range<usize>,
+    pub(crate) fineness: Fineness,
+}
+
+pub(crate) fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer than 2^32 bodies")
+}

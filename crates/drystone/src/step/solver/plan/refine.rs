@@ -1,0 +1,206 @@
+//! Islands with joints that take substeps in parts: those whose joints go round fast, for what frozen rows and soft joints make
+//! wrong of them grows as the square of the angle of a substep (docs/derivations/joints.md), and those that are hit, for a blow
+//! runs through one joint after the other, one a sweep (docs/decisions/023-hits-on-joints.md).
+
+use crate::base::disjoint::Rows;
+use crate::base::math::{Vec3, vec3};
+use crate::state::bodies::{Bodies, Body, Fineness, NONE};
+use crate::state::colors::Place;
+use crate::state::contacts::{Contacts, Slots};
+use crate::state::islands::Island;
+use crate::state::joints::{Joint, Joints, Link};
+
+/// That of an island, among those that were chosen.
+pub(crate) fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
+    chosen.get(island as usize).copied().unwrap_or_default()
+}
+
+/// Most bodies of an island that takes its substeps in parts: what one limb does is no reason to solve a whole pile finely.
+const MOST_BODIES: u32 = 64;
+
+/// From this part of its size on that a joint's anchor is off its tangent after a substep, times two: a tenth of a radian for
+/// one at the body's end.
+const ENTER: f32 = 0.01;
+
+/// Until it falls below this: a mechanism at the limit does not change its stiffness in each step.
+const LEAVE: f32 = 0.005;
+
+/// From here on a body tumbles: how far its angular velocity would turn within a step if nothing held it, times the step [rad]; a rod that
+/// turns about an axis at 45 degrees to it does by a seventh of a radian in a step. And until it falls below the second.
+const TUMBLES: f32 = 0.01;
+
+const TUMBLES_ON: f32 = 0.005;
+
+/// True if some joint of the island, one that is small and awake, goes round so fast that substeps of `h` [s] are too long.
+pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) -> bool {
+    if island.len > MOST_BODIES {
+        return false;
+    }
+    // Each is a cache line or two for some ten instructions.
+    for body in island.bodies(bodies) {
+        body.joints.iter().for_each(|joint| joints.rows.prefetch(*joint, 2));
+    }
+    for body in island.bodies(bodies) {
+        if !body.active() {
+            return false;
+        }
+        let limit = if body.fineness == Fineness::Jointed { LEAVE } else { ENTER };
+        for joint in body.joints.iter().map(|joint| joints.at(*joint)) {
+            let sides = [(joint.body_a, joint.anchor_a), (joint.body_b, joint.anchor_b)];
+            let is_bent = |end: u32, arm: Vec3| {
+                let end = bodies.at(end);
+                // Most turn so slowly that no arm could be: an arm's end is off by no more than this, and rounding.
+                let most = end.w.length_squared() * (h * h);
+                most > 0.99 * limit && bend(end, arm, h) > limit * body.extent.max(arm.length())
+            };
+            if sides.iter().any(|(end, arm)| is_bent(*end, *arm)) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// True if some body of the island, one that is small and awake, tumbles in steps of `dt` [s], and nothing touches it, so that it can be
+/// taken in rounds: see rounds.rs.
+pub(crate) fn tumbles(
+    island: &Island,
+    bodies: &Bodies,
+    joints: &Joints,
+    contacts: &Contacts,
+    dt: f32,
+) -> bool {
+    let is_fast = |body: &Body| {
+        let limit = if body.fineness == Fineness::Tumbling { TUMBLES_ON } else { TUMBLES };
+        let limit = limit / (dt * dt);
+        // By its shape's nature it can be no more than the square of the speed.
+        body.w.length_squared() > limit && precession(body) > limit
+    };
+    island.len <= MOST_BODIES
+        && island.bodies(bodies).any(is_fast)
+        && hangs(island, bodies, joints, contacts)
+}
+
+/// How fast the angular velocity of a body turns if nothing holds it [rad/s²].
+fn precession(body: &Body) -> f32 {
+    let m = body.moments;
+    if !(m.min_element() > 0.0) || body.locks.angular != [false; 3] {
+        return 0.0;
+    }
+    let w = (body.rotation * body.principal).unrotate(body.w);
+    let torque = vec3(m.x * w.x, m.y * w.y, m.z * w.z).cross(w);
+    vec3(torque.x / m.x, torque.y / m.y, torque.z / m.z).length()
+}
+
+/// True if joints between two bodies hold it, and nothing touches it.
+fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts) -> bool {
+    let is_of_two = |joint: &u32| {
+        matches!(joints.at(*joint).link, Link::Ball | Link::Distance { .. } | Link::Six(_))
+    };
+    let presses = |(row, _): (u32, u32)| {
+        let contact = contacts.at(row);
+        contact.count > 0 && !contact.sensor
+    };
+    // A body alone on a ball joint swings: see swing.rs.
+    let is_ball = |joint: &u32| matches!(joints.at(*joint).link, Link::Ball);
+    let swings = |body: &Body| island.len == 1 && body.joints.iter().all(is_ball);
+    island.bodies(bodies).all(|body| {
+        body.active()
+            && body.joints.iter().all(is_of_two)
+            && !contacts.of_body(body).any(presses)
+            && !swings(body)
+    })
+}
+
+/// Twice what the end of an arm is off its tangent after `h` [m].
+fn bend(body: &Body, arm: Vec3, h: f32) -> f32 {
+    let arm = body.rotation.rotate(arm);
+    body.w.cross(body.w.cross(arm)).length() * (h * h)
+}
+
+/// True if an island is small and has joints, and no trees: those hand a blow on at once.
+pub(crate) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> bool {
+    if island.len > MOST_BODIES {
+        return false;
+    }
+    let mut has_joints = false;
+    for body in island.bodies(bodies) {
+        if body.joints.iter().any(|joint| joints.at(*joint).is_direct) {
+            return false;
+        }
+        has_joints |= !body.joints.is_empty();
+    }
+    has_joints
+}
+
+/// The islands in which contacts that `closing` lists are about to touch, as often as that.
+pub(crate) fn struck(
+    closing: impl Iterator<Item = u32>,
+    bodies: &Bodies,
+    contacts: &Contacts,
+) -> impl Iterator<Item = u32> {
+    closing.filter_map(|row| {
+        let c = contacts.at(row);
+        let ends = [c.body_a, c.body_b].map(|body| bodies.at(body));
+        // It may have turned out to be a ghost since.
+        let dynamic = ends.into_iter().find(|body| body.is_dynamic() && body.active());
+        dynamic.filter(|_| c.count > 0).map(|body| body.island)
+    })
+}
+
+/// A blow came to its island in the last step.
+pub(crate) fn was_struck(body: &Body) -> bool {
+    body.active() && body.fineness == Fineness::Struck
+}
+
+/// Takes the impulses of an island that was hit, and which goes on in whole substeps, back to those of a part.
+pub(crate) fn take_back(
+    island: &Island,
+    bodies: &Bodies,
+    joints: &Rows<'_, Option<Joint>>,
+    slots: &Slots<'_>,
+    factor: f32,
+) {
+    let mut at = island.first;
+    while at != NONE {
+        let (row, body) = (at, bodies.at(at));
+        at = body.island_next;
+        // Of what came to the island since nothing was kept in parts.
+        if !was_struck(body) {
+            continue;
+        }
+        // A constraint of two such bodies is of the one that stands first. What acts on nothing now may be of two islands.
+        let is_mine = |ends: [u32; 2], place: Place| {
+            let other = if ends[0] == row { ends[1] } else { ends[0] };
+            place.is_somewhere() && (row <= other || !was_struck(bodies.at(other)))
+        };
+        let mut at = body.contacts;
+        while at != NONE {
+            let (row, side) = ((at / 2) as usize, (at & 1) as usize);
+            let Some(contact) = slots.read(row) else { break };
+            at = contact.links[side].next.get();
+            if is_mine([contact.body_a, contact.body_b], contact.place)
+                && let Some(contact) = slots.row(row)
+            {
+                contact.scale_impulses(factor);
+            }
+        }
+        for row in &body.joints {
+            if let Some(joint) = joints.read(*row as usize)
+                && is_mine([joint.body_a, joint.body_b], joint.place)
+                && let Some(joint) = joints.row(*row as usize)
+            {
+                scale(joint, factor);
+            }
+        }
+    }
+}
+
+fn scale(joint: &mut Joint, factor: f32) {
+    joint.impulse *= factor;
+    match &mut joint.link {
+        Link::Six(six) => six.state.scale_impulses(factor),
+        Link::Coupling(coupling) => coupling.impulse *= factor,
+        Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+    }
+}

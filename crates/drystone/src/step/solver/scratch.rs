@@ -1,0 +1,167 @@
+//! Memory of the solver, kept from step to step.
+
+use super::body::island_motion::Frames;
+use super::body::row::Aux;
+use super::body::squeeze::Squeeze;
+use super::body::state::BodyState;
+use super::classic;
+use super::contact::block::{ContactBlock, Extra};
+use super::contact::parting::Parting;
+use super::impact::Impacts;
+use super::joint::block::{JointBlock, JointRest};
+use super::joint::coupling_row::CouplingRow;
+use super::joint::six_dof::block::SixBlock;
+use super::pass::Progress;
+use super::plan::Plan;
+use super::totals_rows::{ContactTally, JointTally, Peaks, TreeTally, Watch};
+use super::tree::rows::{TreeBody, TreeRow};
+use super::work::Bound;
+use crate::base::math::Vec3;
+use crate::geometry::collide::MeshScratch;
+use crate::step::solver_body::{Line, Whitening};
+
+/// The solver's memory, kept from step to step so that a warm step allocates nothing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    pub(super) plan: Plan,
+    pub(crate) line_of: Vec<u32>,
+    pub(crate) lines: Vec<Line>,
+    pub(crate) whitening: Vec<Whitening>,
+    pub(crate) aux: Vec<Aux>,
+    pub(super) acceleration: Vec<Vec3>,
+    pub(crate) squeezes: Vec<Squeeze>,
+    /// Of bodies whose step is taken in rounds, and of those that turn far.
+    pub(super) states: Vec<BodyState>,
+    /// Of each group.
+    pub(super) frames: Vec<Frames>,
+    /// One for each group, while some body turns far.
+    pub(super) meshes: Vec<MeshScratch>,
+    pub(super) blocks: Vec<ContactBlock>,
+    pub(super) extras: Vec<Extra>,
+    /// Steps since the last one in which they were needed.
+    plain: u32,
+    /// Steps since the last impacts or blows.
+    calm: u32,
+    /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
+    pub(super) partings: Vec<Parting>,
+    pub(super) ways: Vec<Line>,
+    /// Steps since the last one in which they were needed.
+    pub(super) unparted: u32,
+    pub(super) joints: Vec<JointBlock>,
+    pub(super) joint_rests: Vec<JointRest>,
+    pub(super) sixdofs: Vec<SixBlock>,
+    pub(super) couplings: Vec<CouplingRow>,
+    pub(super) bounds: Vec<Bound>,
+    pub(super) tree_gains: Vec<f64>,
+    pub(super) tree_bodies: Vec<TreeBody>,
+    pub(super) tree_rows: Vec<TreeRow>,
+    /// One for each group, while some contact can bounce.
+    pub(super) impacts: Vec<Impacts>,
+    /// Whether nothing pushed a line in this step, where that is known; or empty: see [`Self::flew`].
+    pub(super) free: Vec<Option<bool>>,
+    /// A bit for each lane of a block whose touch is new.
+    pub(super) begun: Vec<u8>,
+    /// How far groups are that keep pace with particles.
+    pub(super) progress: Vec<Progress>,
+    /// One for each block: whose impulses are summed. Sums of others mean nothing.
+    pub(super) watches: Vec<Watch>,
+    pub(super) tallies: Vec<ContactTally>,
+    /// One for each block, while somebody asks.
+    pub(super) peaks: Vec<Peaks>,
+    /// One for each lane of a block, while some contact can bounce.
+    /// While something can break.
+    pub(super) joint_tallies: Vec<JointTally>,
+    pub(super) six_tallies: Vec<JointTally>,
+    pub(super) tree_tallies: Vec<TreeTally>,
+    /// Of the methods that run over rows one by one.
+    pub(super) classic: classic::Scratch,
+    /// Sweeps over the contacts in the last step.
+    pub(crate) sweeps: u32,
+}
+
+/// Room is kept for so many steps after it was needed last.
+pub(crate) const KEPT_STEPS: u32 = 60;
+
+/// The same for impacts: before what they hit falls asleep, after which no step counts.
+const CALM_STEPS: u32 = 20;
+
+/// Room for so many contacts is kept where nothing is hit.
+const KEPT_ROOM: usize = 512;
+
+impl Scratch {
+    /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
+    pub(crate) fn make_extras(&mut self, has_extras: bool) {
+        let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
+        self.extras.resize_with(if has_extras { blocks } else { 0 }, Extra::default);
+        if Self::is_over(&mut self.plain, has_extras, KEPT_STEPS) {
+            self.extras = Vec::new();
+        }
+        self.free.clear();
+        self.free.resize(if has_extras { lines } else { 0 }, None);
+    }
+
+    /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
+    pub(crate) fn make_impacts(&mut self, collides: bool) {
+        let room = || self.impacts.iter().map(Impacts::room).sum::<usize>();
+        if Self::is_over(&mut self.calm, collides, CALM_STEPS) && room() > KEPT_ROOM {
+            self.impacts = Vec::new();
+        }
+        if collides {
+            let groups = self.plan.groups.len().max(self.impacts.len());
+            self.impacts.resize_with(groups, Impacts::default);
+        }
+    }
+
+    /// Counts the steps since something was needed; true if room for it is to be given back now.
+    pub(crate) const fn is_over(since: &mut u32, is_needed: bool, steps: u32) -> bool {
+        *since = if is_needed { 0 } else { since.saturating_add(1) };
+        *since == steps
+    }
+
+    /// See [`crate::step::Scratch::start_from`]. What is told of the last step is that of `from`.
+    pub(crate) fn start_from(&mut self, from: &Self) {
+        self.plan.forget();
+        self.sweeps = from.sweeps;
+        self.classic.start_from(&from.classic);
+    }
+
+    /// True if nothing pushed the body of this line though something was near that it can bounce off: it
+    /// flew, and must keep its energy.
+    pub(crate) fn flew(&self, line: usize) -> bool {
+        matches!(self.free.get(line), Some(Some(true)))
+    }
+
+    /// How fast overlaps that are parted move the body of a row [m/s].
+    pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
+        let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
+        self.aux.get(line).map_or(0.0, Aux::parting)
+    }
+
+    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
+    /// too many for it.
+    pub(crate) fn residual(&self) -> (f64, bool) {
+        (self.classic.residual, self.classic.too_large)
+    }
+
+    /// Room for the rows of joints, couplings and trees.
+    pub(crate) fn make_joint_rows(&mut self) {
+        self.joints.resize_with(self.plan.joints.owners.len(), JointBlock::default);
+        self.joint_rests.resize_with(self.plan.joints.owners.len(), JointRest::default);
+        self.sixdofs.resize_with(self.plan.sixdofs.owners.len(), SixBlock::default);
+        self.couplings.resize(self.plan.couplings.len(), CouplingRow::default());
+        self.plan.bins.begin(&mut self.bounds);
+        self.tree_gains.resize(self.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
+        self.tree_bodies.resize(self.plan.forest.bodies.len(), TreeBody::default());
+        self.tree_rows.resize(self.plan.forest.joints.len(), TreeRow::default());
+    }
+
+    /// Contact rows that were pressed together for the first time.
+    pub(crate) fn begun(&self) -> impl Iterator<Item = u32> + Clone {
+        let pressed =
+            self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);
+        let blocks = pressed.flat_map(|(bits, owners)| {
+            (0_u8..).zip(owners).filter(move |(lane, _)| bits >> lane & 1 == 1).map(|(_, row)| *row)
+        });
+        blocks.chain(self.classic.begun.iter().copied())
+    }
+}

@@ -1,0 +1,235 @@
+//! What contacts and joints gave over the whole step: for events, and for what breaks by a blow. Tables keep the impulses of
+//! the last substep, and a blow may have been over by then.
+//!
+//! Impulses of a substep are summed after its sweep; a relax sweep adds what it changes. Impacts give theirs outside of
+//! sweeps. Summed are contacts that a user or a body that can break asks for, and those that may land in this step, whose
+//! impulse is told with the hit; joints only while something can break.
+//!
+//! Joints break by force as well: that of the substep of the step in which it was greatest. That is a substep of the world, in
+//! whatever parts an island takes it, or a blow would weigh as many times as much on a joint of a small island.
+
+use super::contact::store::approach;
+use super::lent::Solver;
+use super::plan::group::Group;
+use super::plan::joint_class::DISTANCE;
+use super::totals_rows::{
+    ASKED, ContactTally, Given, JointTally, LANDED, NEW, POINTS, Peaks, TURNS, Totals, TreeTally,
+    Watch, When, landed,
+};
+use crate::base::grow;
+use crate::base::math::{bounded, vec3};
+use crate::base::wide::LANES;
+use crate::state::bodies::NONE;
+
+impl super::scratch::Scratch {
+    /// Room for the sums of a step; for those of joints only if something can break.
+    pub(super) fn make_tallies(&mut self, (breakage, asks): (bool, bool)) {
+        let blocks = self.plan.contacts.owners.len();
+        self.watches.clear();
+        self.watches.resize(blocks, Watch::NONE);
+        if self.tallies.len() < blocks {
+            grow::resize(&mut self.tallies, blocks, ContactTally::default());
+        }
+        self.peaks.resize(if asks { blocks } else { 0 }, Peaks::default());
+        let room = |n: usize| if breakage { n } else { 0 };
+        let none = JointTally::default();
+        self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
+        self.six_tallies.resize(room(self.plan.sixdofs.owners.len()), none);
+        let none = TreeTally::default();
+        self.tree_tallies.resize(room(self.plan.forest.joints.len()), none);
+    }
+
+    /// What the contacts gave in the last step that landed or are asked for; in no order.
+    pub(crate) fn given(&self) -> impl Iterator<Item = Given> {
+        let blocks = self.watches.iter().zip(&self.tallies).zip(&self.plan.contacts.owners);
+        let watched = blocks.enumerate().filter(|(_, ((watch, _), _))| **watch != Watch::NONE);
+        let summed = watched.flat_map(|(i, ((watch, tally), owners))| {
+            let peaks = self.peaks.get(i).copied().unwrap_or_default();
+            let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (ASKED | LANDED) != 0);
+            lanes.map(move |lane| {
+                let [x, y, z] = tally.push.map(|sum| bounded(sum[lane]));
+                Given {
+                    contact: owners[lane],
+                    points: tally.points.map(|sum| bounded(sum[lane])),
+                    push: vec3(x, y, z),
+                    peaks: peaks.0.map(|peak| bounded(peak[lane])),
+                    landed: landed(watch.0[lane]),
+                    asked: watch.0[lane] & ASKED != 0,
+                }
+            })
+        });
+        summed.chain(self.classic.given.iter().copied())
+    }
+}
+
+impl Solver<'_> {
+    /// Decides which contacts of a block are summed, as the step begins. `turns`: they are made anew within the step.
+    pub(super) fn watch(&self, i: usize, turns: bool) {
+        let mut watch = Watch(self.blocks.read(i).landing);
+        if self.askers.any() {
+            for (lane, row) in self.plan.contacts.owners[i].iter().enumerate() {
+                if *row != u32::MAX
+                    && let Some(contact) = self.contacts.read(*row as usize)
+                    && self.askers.ask_for(contact)
+                {
+                    watch.0[lane] |= ASKED;
+                }
+            }
+        }
+        if turns {
+            watch.0.iter_mut().for_each(|bits| *bits |= TURNS);
+        }
+        if watch != Watch::NONE {
+            self.begin_tally(i);
+            *self.watches.row(i) = watch;
+        }
+    }
+
+    /// Notes what may land besides, of a block that was made anew within the step.
+    pub(super) fn watch_more(&self, i: usize) {
+        let more = self.blocks.read(i).landing;
+        for (bits, more) in self.watches.row(i).0.iter_mut().zip(more) {
+            *bits |= more;
+        }
+    }
+
+    fn begin_tally(&self, i: usize) {
+        *self.tallies.row(i) = ContactTally::default();
+        if self.askers.any() {
+            *self.peaks.row(i) = Peaks::default();
+        }
+    }
+
+    /// The sums of a block, if there are any.
+    #[inline(always)]
+    pub(super) fn tally(&self, i: usize) -> Option<&mut ContactTally> {
+        self.watches.read(i).is_asked().then(|| self.tallies.row(i))
+    }
+
+    /// Impulses of a group's impacts come to the sums.
+    pub(super) fn add_impacts(&self, number: usize) {
+        for (block, lane, bounce) in self.impacts.row(number).given() {
+            let Some(tally) = self.tally(block) else { continue };
+            tally.add_bounce(lane, bounce);
+            if self.askers.any() {
+                self.peaks.row(block).add_bounce(lane, bounce);
+            }
+        }
+    }
+
+    /// Ends the sums of a block: peaks become forces, and it is known what landed.
+    pub(super) fn end_tally(&self, i: usize) {
+        let Some(tally) = self.tally(i) else { return };
+        let mut peaks = self.askers.any().then(|| self.peaks.row(i));
+        for lane in 0..LANES {
+            if let Some(Peaks(peaks)) = &mut peaks {
+                for peak in peaks {
+                    peak[lane] *= self.ctx.inv_h;
+                }
+            }
+            if self.lands(i, lane, tally) {
+                self.watches.row(i).0[lane] |= LANDED;
+            }
+        }
+    }
+
+    /// Whether a contact landed; one that touched before is told the speed.
+    fn lands(&self, i: usize, lane: usize, tally: &ContactTally) -> bool {
+        let watch = self.watches.read(i).0[lane];
+        if watch & NEW != 0 {
+            return self.begun.read(i) >> lane & 1 == 1;
+        }
+        let pressed = |j: usize| watch >> j & 1 == 1 && tally.points[j][lane] > 0.0;
+        if !(0..4).any(pressed) {
+            return false;
+        }
+        let Some(c) = self.contacts.row(self.plan.contacts.owners[i][lane] as usize) else {
+            return false;
+        };
+        let [a, b] = [c.body_a, c.body_b].map(|row| self.bodies.at(row));
+        let speed = approach(c, watch & POINTS, (a, b), (self.ctx, None));
+        c.set_approach(speed);
+        true
+    }
+
+    /// Empties the sums of a group's joints.
+    pub(super) fn begin_tallies(&self, group: &Group) {
+        if !self.askers.breakage {
+            return;
+        }
+        for i in self.plan.joints.blocks_of(&group.joints) {
+            *self.joint_tallies.row(i) = JointTally::default();
+        }
+        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
+            *self.six_tallies.row(i) = JointTally::default();
+        }
+        for tree in self.trees(group) {
+            for (i, _) in self.tree_joints(tree) {
+                *self.tree_tallies.row(i) = TreeTally::default();
+            }
+        }
+    }
+
+    /// Adds what a sweep left of the joints' impulses.
+    pub(super) fn add_to_tallies(&self, group: &Group, when: When) {
+        if !self.askers.breakage {
+            return;
+        }
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            for i in batch.blocks.clone() {
+                let is_distance = batch.class == DISTANCE;
+                let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
+                let force = if is_distance { &rest.carried } else { &block.impulse };
+                self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], when);
+            }
+        }
+        for tree in self.trees(group) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six != NONE) {
+                let block = self.sixdofs.row(joint.six as usize / LANES);
+                self.tree_rows.read(i).put_six(block, joint.six);
+            }
+        }
+        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
+            let block = self.sixdofs.read(i);
+            self.six_tallies.row(i).add(&block.carried, &block.torque, when);
+        }
+        for tree in self.trees(group) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
+                let impulse = self.tree_rows.read(i).impulse.single();
+                let now = if joint.is_child_a { -impulse } else { impulse };
+                self.tree_tallies.row(i).add(now, when);
+            }
+        }
+    }
+
+    /// Gives the joints their sums; before a joint whose body swings says what it gave.
+    pub(super) fn store_tallies(&self, group: &Group) {
+        if !self.askers.breakage {
+            return;
+        }
+        let give = |row: u32, totals: Totals| {
+            if row != u32::MAX
+                && let Some(joint) = self.joint_slots.row(row as usize)
+            {
+                (joint.given, joint.peak) = (totals.given, totals.peak);
+            }
+        };
+        let joints = &self.plan.joints;
+        for i in joints.blocks_of(&group.joints) {
+            for (lane, row) in joints.owners[i].iter().enumerate() {
+                give(*row, self.joint_tallies.read(i).of(lane));
+            }
+        }
+        let sixdofs = &self.plan.sixdofs;
+        for i in sixdofs.blocks_of(&group.sixdofs) {
+            for (lane, row) in sixdofs.owners[i].iter().enumerate() {
+                give(*row, self.six_tallies.read(i).of(lane));
+            }
+        }
+        for tree in self.trees(group) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
+                give(joint.row, self.tree_tallies.read(i).totals());
+            }
+        }
+    }
+}

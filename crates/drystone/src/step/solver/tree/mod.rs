@@ -1,0 +1,5 @@
+//! Trees of joints that are solved at once, by elimination from the leaves to the root.
+
+pub(crate) mod rows;
+pub(crate) mod six_dof;
+pub(crate) mod sweep;

@@ -1,0 +1,394 @@
+//! A tree of joints, solved at once by factoring its equations from the leaves to the root
+//! [Baraff96].
+//!
+//! With velocities of bodies before any impulse of the tree's joints as u, and x their change by those,
+//!
+//! ```text
+//! H x - Jᵀ λ = 0        H = 1 + S g S for the rotation of each body
+//! J x + Γ λ = -(J u + rate · gap)
+//! ```
+//!
+//! Bodies and joints are the nodes of a tree, so that each of them is eliminated into one neighbor and
+//! no fill arises: a joint into its parent body after the body below it, a 6 × 6 Cholesky factorization and
+//! one of as many rows as the joint holds axes: 3 of a ball, up to 6 of a joint of six axes, whose rows are
+//! in tree_six.rs. Γ is that of a spring on the mass of the whole tree, for the solution needs
+//! no softness of its own; gaps close no faster than contacts push.
+//!
+//! g is the geometric stiffness of a substep: a body that is pulled at its ends by F is turned back as by a
+//! spring of F r, and light links under a heavy load swing faster than substeps can follow. h² F r
+//! as an inertia against these joints' impulses keeps every frequency below 1/h, and is small next to
+//! the inertia of what hangs on the joint, (ω h)² of it [Andrews17].
+//! Double precision: what cancels in a chain are masses a thousand and more apart.
+//! See docs/decisions/017-direct-joint-trees.md.
+
+use super::rows::{Sweep, TreeBody, TreeRow, put_ball};
+use crate::base::double::DVec3;
+use crate::base::jobs::{Jobs, for_ranges};
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::base::wide::LANES;
+use crate::state::bodies::NONE;
+use crate::step::solver::joint::sweep::JointSweep;
+use crate::step::solver::lent::Solver;
+use crate::step::solver::plan::forest::{Tree, TreeJoint};
+use crate::step::solver::plan::group::Group;
+use crate::step::solver::vec6::{
+    Six, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
+};
+
+/// Part of the compliance in a relax sweep.
+const RELAX: f64 = 0.01;
+
+/// Calls with the number of rows of a joint, so that balls, which are most, get loops of a known length.
+macro_rules! of_rows {
+    ($count:expr, $n:ident => $call:expr) => {
+        match $count {
+            3 => {
+                let $n = 3;
+                $call
+            }
+            $n => $call,
+        }
+    };
+}
+
+impl Solver<'_> {
+    pub(crate) fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
+        let forest = &self.plan.forest;
+        forest.order[group.trees.clone()].iter().map(|tree| &forest.trees[*tree as usize])
+    }
+
+    pub(crate) fn tree_joints(
+        &self,
+        tree: &Tree,
+    ) -> impl DoubleEndedIterator<Item = (usize, &TreeJoint)> {
+        let joints = &self.plan.forest.joints;
+        tree.joints.clone().zip(&joints[tree.joints.clone()])
+    }
+
+    /// Builds the rows of a group's trees and applies their impulses to the lines.
+    pub(crate) fn prepare_trees(&self, group: &Group) {
+        for tree in self.trees(group) {
+            for i in tree.bodies.clone() {
+                let line = self.line_of[self.plan.forest.bodies[i] as usize];
+                let whitening = self.whitening.read(line as usize);
+                let Sym3 { xx, yy, zz, xy, xz, yz } = whitening.s();
+                let row = |x, y, z| DVec3::from(Vec3 { x, y, z });
+                *self.tree_bodies.row(i) = TreeBody {
+                    line,
+                    alpha: f64::from(whitening.alpha()),
+                    s: [row(xx, xy, xz), row(xy, yy, yz), row(xz, yz, zz)],
+                    ..TreeBody::default()
+                };
+            }
+            // Balls hold no turns.
+            let has_six = self.tree_joints(tree).any(|(_, joint)| joint.six != NONE);
+            let ease = if has_six { self.turn_ease(tree) } else { 0.0 };
+            for (i, joint) in self.tree_joints(tree) {
+                if joint.six == NONE {
+                    self.prepare_tree_joint(joint, i);
+                } else {
+                    self.prepare_tree_six(joint, self.tree_rows.row(i), ease);
+                }
+            }
+            self.warm_start(tree);
+        }
+    }
+
+    fn prepare_tree_joint(&self, tree: &TreeJoint, i: usize) {
+        let Some(joint) = self.joint_slots.read(tree.row as usize) else { return };
+        let (a, b) = (self.at_start(joint.body_a), self.at_start(joint.body_b));
+        let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+        let gap = (b.center - a.center) + (rb - ra);
+        let moves = |row: u32, r: Vec3| {
+            let body = self.bodies.at(row);
+            if !body.is_dynamic() && body.active() { body.velocity_at(r) } else { Vec3::ZERO }
+        };
+        let drift = moves(joint.body_b, rb) - moves(joint.body_a, ra);
+        let impulse = joint.impulse * self.ctx.impulse_scale;
+        let (sign, child, parent) = if tree.is_child_a { (-1.0, ra, rb) } else { (1.0, rb, ra) };
+        let impulse = DVec3::from(impulse * sign);
+        let body = self.tree_bodies.read(tree.child as usize);
+        let mut row = TreeRow {
+            count: 3,
+            r_child: DVec3::from(child),
+            r_parent: DVec3::from(parent),
+            gap: DVec3::from(gap * sign),
+            drift: DVec3::from(drift * sign),
+            lambda: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
+            impulse,
+            ..TreeRow::default()
+        };
+        put_ball(&mut row.child, 1.0, body, row.r_child);
+        if tree.parent != NONE {
+            let body = self.tree_bodies.read(tree.parent as usize);
+            put_ball(&mut row.parent, -1.0, body, row.r_parent);
+        }
+        *self.tree_rows.row(i) = row;
+    }
+
+    /// What the impulses of the last step do now.
+    fn warm_start(&self, tree: &Tree) {
+        let h = f64::from(self.ctx.h);
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.read(i);
+            let child = self.tree_bodies.row(joint.child as usize);
+            child.stiffen(h, row.impulse, row.r_child);
+            push(&mut child.x, &row.child, &row.lambda, row.all());
+            if joint.parent != NONE {
+                let parent = self.tree_bodies.row(joint.parent as usize);
+                parent.stiffen(h, -row.impulse, row.r_parent);
+                push(&mut parent.x, &row.parent, &row.lambda, row.all());
+            }
+        }
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            let x = body.x;
+            body.begin();
+            body.x = x;
+            factor(&mut body.h, 6);
+            forward(&body.h, &mut body.x, 6);
+            backward(&body.h, &mut body.x, 6);
+            let line = self.lines.read(body.line as usize);
+            body.u = wide(line.v, line.w);
+            self.put_velocity(body);
+        }
+    }
+
+    /// Velocities with the change by joints.
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+    fn put_velocity(&self, body: &mut TreeBody) {
+        let line = self.lines.row(body.line as usize);
+        for i in 0..3 {
+            line.v[i] = (body.u[i] + body.x[i]) as f32;
+            line.w[i] = (body.u[3 + i] + body.x[3 + i]) as f32;
+        }
+        body.carried = body.x;
+    }
+
+    /// Solves the trees of a group.
+    pub(crate) fn sweep_trees(&self, group: &Group, joints: &JointSweep, jobs: &Jobs<'_>) {
+        let soft = self.ctx.soft_tree;
+        // Without bias, what is left of the compliance is for joints that contradict each other.
+        let (rate, part) = if joints.is_relax { (0.0, RELAX) } else { (soft.rate, 1.0) };
+        let sweep = Sweep {
+            h: f64::from(self.ctx.h),
+            rate: f64::from(rate),
+            compliance: part * f64::from(soft.compliance),
+            // Rows as they are now: at a substep of 1/60 s and 1000:1, those of the middle of its motion, which
+            // single joints take, made a chain fly apart.
+            elapsed: f64::from(joints.elapsed + joints.back),
+            push_speed: f64::from(self.ctx.push_speed),
+            joints: JointSweep { hardest: self.ctx.hardest_in_trees, ..*joints },
+        };
+        let forest = &self.plan.forest;
+        let order = &forest.order[group.trees.clone()];
+        for_ranges(jobs, order.len(), 1, |part| {
+            for tree in &order[part] {
+                self.sweep_tree(&forest.trees[*tree as usize], &sweep);
+            }
+        });
+    }
+
+    fn sweep_tree(&self, tree: &Tree, sweep: &Sweep) {
+        let mut mass = 0.0;
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            mass += 1.0 / (body.alpha * body.alpha);
+            let line = self.lines.read(body.line as usize);
+            let (v, x) = (wide(line.v, line.w), wide(line.x, line.t));
+            let [start_v, start_w] = self.aux.read(body.line as usize).start();
+            (body.motion, body.start) = (x, wide(start_v, start_w));
+            for c in 0..6 {
+                body.u[c] = if sweep.joints.is_relax { v[c] } else { v[c] - body.carried[c] };
+            }
+            if !sweep.joints.is_relax {
+                body.turning = 0.0;
+            }
+        }
+        let compliance = sweep.compliance * tree.slack / mass;
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.row(i);
+            if joint.six == NONE {
+                self.form_rows(joint, row, sweep, compliance);
+            } else {
+                self.form_six(joint, row, Some(sweep), compliance);
+            }
+        }
+        for i in tree.bodies.clone() {
+            self.tree_bodies.row(i).begin();
+        }
+        if !sweep.joints.is_relax {
+            self.push_scalars(tree);
+        }
+        self.factor_tree(tree);
+        self.substitute(tree);
+        for (i, _) in self.tree_joints(tree) {
+            let row = self.tree_rows.row(i);
+            for c in 0..row.count {
+                row.lambda[c] =
+                    if sweep.joints.is_relax { row.lambda[c] + row.rhs[c] } else { row.rhs[c] };
+            }
+        }
+        self.solve_scalars(tree, sweep);
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.row(i);
+            if joint.six == NONE {
+                let [x, y, z, ..] = row.lambda;
+                row.impulse = DVec3 { x, y, z };
+            } else {
+                row.note_six(joint.is_child_a);
+            }
+        }
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            let before = body.carried;
+            self.put_velocity(body);
+            if sweep.joints.is_relax {
+                for c in 0..6 {
+                    body.carried[c] += before[c];
+                }
+            }
+        }
+    }
+
+    /// Takes the impulses of a tree down to a part.
+    pub(crate) fn restrain_tree(&self, tree: &Tree, part: f64) {
+        // What is no number stays none when it is multiplied.
+        let is_some = part > 0.0;
+        let taken = |six: &Six| if is_some { six.map(|p| p * part) } else { [0.0; 6] };
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            body.carried = taken(&body.carried);
+        }
+        for i in tree.joints.clone() {
+            let row = self.tree_rows.row(i);
+            row.lambda = taken(&row.lambda);
+            row.impulse = if is_some { row.impulse * part } else { DVec3::ZERO };
+            row.six.restrain(part);
+        }
+    }
+
+    /// Eliminates joints and bodies from the leaves to the root.
+    fn factor_tree(&self, tree: &Tree) {
+        for (i, joint) in self.tree_joints(tree) {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            if joint.parent == NONE {
+                of_rows!(row.count, n => {
+                    row.factor(None, n);
+                    body.take(row, n);
+                });
+            } else {
+                factor(&mut body.h, 6);
+                let parent = self.tree_bodies.row(joint.parent as usize);
+                of_rows!(row.count, n => {
+                    row.factor(Some(body), n);
+                    parent.take(row, n);
+                });
+            }
+        }
+        factor(&mut self.tree_bodies.row(tree.bodies.end - 1).h, 6);
+    }
+
+    /// What bodies' x and joints' right sides as given come to: changes of velocity and impulses.
+    pub(crate) fn substitute(&self, tree: &Tree) {
+        for (i, joint) in self.tree_joints(tree) {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            let mut below = None;
+            let mut into = &mut body.x;
+            if joint.parent != NONE {
+                forward(&body.h, &mut body.x, 6);
+                below = Some(&body.x);
+                into = &mut self.tree_bodies.row(joint.parent as usize).x;
+            }
+            of_rows!(row.count, n => {
+                row.reduce(below, n);
+                push(into, &row.w, &row.rhs, n);
+            });
+        }
+        let root = self.tree_bodies.row(tree.bodies.end - 1);
+        forward(&root.h, &mut root.x, 6);
+        backward(&root.h, &mut root.x, 6);
+        for (i, joint) in self.tree_joints(tree).rev() {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            if joint.parent == NONE {
+                of_rows!(row.count, n => row.solve(true, &body.x, n));
+                continue;
+            }
+            let x = &self.tree_bodies.read(joint.parent as usize).x;
+            of_rows!(row.count, n => row.solve(false, x, n));
+            // The body's x is H^-1/2 of its right side yet.
+            let mut more = [0.0; 6];
+            push(&mut more, &row.child, &row.rhs, row.count);
+            forward(&body.h, &mut more, 6);
+            for c in 0..6 {
+                body.x[c] += more[c];
+            }
+            backward(&body.h, &mut body.x, 6);
+        }
+    }
+
+    /// A joint's rows, matrix and right side, and how it stiffens its bodies.
+    fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &Sweep, compliance: f64) {
+        let child = self.tree_bodies.row(joint.child as usize);
+        let (x, t) = halves(&child.motion);
+        let moved = shift(mul(&child.s, t), row.r_child);
+        let r = row.r_child + moved;
+        let mut gap = row.gap + row.drift * sweep.elapsed + x * child.alpha + moved;
+        put_ball(&mut row.child, 1.0, child, r);
+        let u = &child.u;
+        let mut speed = row.drift
+            + DVec3 {
+                x: dot(&row.child[0], u),
+                y: dot(&row.child[1], u),
+                z: dot(&row.child[2], u),
+            };
+        if !sweep.joints.is_relax {
+            speed = speed + curve(mul(&child.s, halves(&child.u).1), r, sweep.h);
+            child.stiffen(sweep.h, row.impulse, r);
+        }
+        if joint.parent != NONE {
+            let parent = self.tree_bodies.row(joint.parent as usize);
+            let (x, t) = halves(&parent.motion);
+            let moved = shift(mul(&parent.s, t), row.r_parent);
+            let r = row.r_parent + moved;
+            gap = gap - x * parent.alpha - moved;
+            put_ball(&mut row.parent, -1.0, parent, r);
+            let u = &parent.u;
+            speed = speed
+                + DVec3 {
+                    x: dot(&row.parent[0], u),
+                    y: dot(&row.parent[1], u),
+                    z: dot(&row.parent[2], u),
+                };
+            if !sweep.joints.is_relax {
+                speed = speed - curve(mul(&parent.s, halves(&parent.u).1), r, sweep.h);
+                parent.stiffen(sweep.h, -row.impulse, r);
+            }
+        }
+        let rate = sweep.closing_rate(gap.length(), sweep.push_speed, 0);
+        row.closing = [gap.length() * rate, 0.0];
+        let wanted = -(speed + gap * rate);
+        row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
+        for i in 0..3 {
+            row.k[i] = [0.0; 6];
+            row.k[i][i] = compliance;
+        }
+    }
+
+    /// Writes the impulses of a group's trees back; those of joints of six axes to their blocks.
+    pub(crate) fn store_trees(&self, group: &Group) {
+        for tree in self.trees(group) {
+            for (i, joint) in self.tree_joints(tree) {
+                let Some(to) = self.joint_slots.row(joint.row as usize) else { continue };
+                let row = self.tree_rows.read(i);
+                if joint.six != NONE {
+                    row.store_six(self.sixdofs.row(joint.six as usize / LANES), joint.six);
+                } else {
+                    let impulse = (row.impulse.single() * self.ctx.store_scale()).bounded();
+                    to.impulse = if joint.is_child_a { -impulse } else { impulse };
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Bodies and particles in step.
+//!
+//! Groups with a body that particles touch or hold take each pass together with the particles; a group's result
+//! is the same as alone. Beside a classic method particles come after the bodies' whole step.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
+
+use super::body::integrate;
+use super::body::state::BodyState;
+use super::lent::Solver;
+use super::pass::Stroke;
+use super::plan::Plan;
+use super::scratch::Scratch;
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_ranges};
+use crate::base::math::Vec3;
+use crate::state::bodies::Bodies;
+use crate::state::method::Pass;
+use crate::step::context::StepContext;
+use crate::step::particles::pace::BodyLines;
+use crate::step::particles::tied;
+use crate::step::particles::tied::Tied;
+use crate::step::solver_body::three;
+
+/// The groups with a dragged body.
+pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut tied::Scratch) {
+    tied.groups.clear();
+    for row in &tied.dragged {
+        let line = line_of[*row as usize];
+        debug_assert!(line != 0, "dragged bodies have lines");
+        if line != 0 {
+            tied.groups.push(plan.group_of(line));
+        }
+    }
+    tied.groups.sort_unstable();
+    tied.groups.dedup();
+}
+
+impl Solver<'_> {
+    /// Takes the groups of dragged bodies and the particles through the step.
+    pub(super) fn solve_together(&self, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
+        if tied.is_idle() {
+            tied.particles.touches.clear();
+            tied.scratch.groups.clear();
+            return;
+        }
+        let groups = core::mem::take(&mut tied.scratch.groups);
+        self.for_groups(&groups, jobs, &|i, number, jobs| {
+            *self.progress.row(i) = self.begin(number, jobs);
+        });
+        let to = BodyLines { line_of: self.line_of, lines: self.lines, whitening: self.whitening };
+        tied.begin(self.bodies, &to, jobs);
+        for stroke in self.strokes() {
+            self.for_groups(&groups, jobs, &|i, number, jobs| {
+                self.stroke(number, stroke, self.progress.row(i), jobs);
+            });
+            self.stroke_particles(stroke, tied, jobs);
+        }
+        tied.end(self.lines, jobs);
+        self.for_groups(&groups, jobs, &|i, number, jobs| {
+            self.end(number, self.progress.read(i), jobs);
+        });
+        tied.scratch.groups = groups;
+    }
+
+    /// Calls `f` with each group's place in the list and its number: shared ones one after the other.
+    fn for_groups(
+        &self,
+        groups: &[usize],
+        jobs: &Jobs<'_>,
+        f: &(dyn Fn(usize, usize, &Jobs<'_>) + Sync),
+    ) {
+        let shared = groups.partition_point(|number| *number < self.plan.shared);
+        for (i, number) in groups[..shared].iter().enumerate() {
+            f(i, *number, jobs);
+        }
+        for_ranges(jobs, groups.len() - shared, 1, |range| {
+            for i in range {
+                f(shared + i, groups[shared + i], &Jobs::Inline);
+            }
+        });
+    }
+
+    fn stroke_particles(&self, stroke: Stroke, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
+        let Stroke { substep, pass, kicks } = stroke;
+        match pass {
+            Pass::Velocities => tied.velocities(substep == 0, jobs),
+            Pass::Solve { .. } => tied.solve(substep, self.lines, jobs),
+            Pass::Positions => {
+                tied.positions(jobs);
+                if kicks {
+                    tied.velocities(false, jobs);
+                }
+            }
+            Pass::Relax => {
+                #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+                let moved = (substep + 1).min(self.ctx.substeps) as f32 * self.ctx.h;
+                tied.relax(moved, self.lines, jobs);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Particles after the step of a classic method, whose lines of dragged bodies are whitened for it.
+pub(super) fn follow(
+    ctx: &StepContext,
+    bodies: &Bodies,
+    s: &mut Scratch,
+    tied: &mut Tied<'_>,
+    jobs: &Jobs<'_>,
+) {
+    if tied.is_idle() {
+        tied.particles.touches.clear();
+        return;
+    }
+    for row in &tied.scratch.dragged {
+        let (line, body) = (s.line_of[*row as usize] as usize, bodies.at(*row));
+        let was = s.lines[line];
+        let start = BodyState::of(body);
+        let velocity = BodyState { v: three(was.v), w: three(was.w), ..start };
+        let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity, Vec3::ZERO);
+        let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
+        let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
+        (to.x, to.t) = (way.v, way.w);
+        (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, Some(false));
+    }
+    // SAFETY: particles are solved by colors, whose rows share no body that can be pushed.
+    let apart = unsafe { Apart::promise() };
+    let to = BodyLines {
+        line_of: &s.line_of,
+        lines: Rows::new(&mut s.lines, apart),
+        whitening: Rows::new(&mut s.whitening, apart),
+    };
+    tied.follow(bodies, &to, jobs);
+}
