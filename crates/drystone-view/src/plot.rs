@@ -19,6 +19,7 @@ pub(crate) const STAGE_COLORS: [Color32; STAGES] = [
     Color32::from_rgb(201, 155, 74),
     Color32::from_rgb(160, 120, 180),
     Color32::from_rgb(190, 190, 190),
+    Color32::from_rgb(205, 96, 108),
 ];
 
 /// Draws values from left to right over their range; `text` says what they are and the last one.

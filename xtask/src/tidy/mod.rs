@@ -2,6 +2,8 @@
 
 mod docs;
 mod examples;
+mod house;
+mod imports;
 mod layers;
 mod rust;
 mod source;
@@ -77,6 +79,7 @@ fn check(tree: &Tree) -> Vec<String> {
         docs::check(tree),
         source::check(tree),
         examples::check(tree),
+        house::check(tree),
     ]
     .concat()
 }

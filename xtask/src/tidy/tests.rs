@@ -27,8 +27,8 @@ pub(crate) fn step(tables: &mut Tables) {
     solver::solve(tables);
     finalize::advance_poses(tables);
     sweep::stop(tables);
-    sensor::update(tables);
     sleep::rest(tables);
+    report::report(tables);
 }
 fn after() { broadphase::again(); }
 ";
@@ -43,8 +43,9 @@ const PAGE: &str = "# Architecture
 5. solver
 6. finalize
 7. sweep
-8. sensor
-9. sleep
+8. sleep
+9. report
+10. breakage
 ## Other
 1. base
 ";
@@ -103,14 +104,14 @@ fn stages_in_the_listed_order_pass() {
 
 #[test]
 fn swapped_missing_or_absent_stages_are_found() {
-    let swapped = PAGE.replace("8. sensor", "8. sleep").replace("9. sleep", "9. sensor");
+    let swapped = PAGE.replace("8. sleep", "8. report").replace("9. report", "9. sleep");
     let found = stage_findings(STEP, &swapped);
-    assert!(found.len() == 1 && found[0].contains("sensor, sleep, but"), "{found:?}");
+    assert!(found.len() == 1 && found[0].contains("sleep, report, breakage, but"), "{found:?}");
     let found = stage_findings(&STEP.replace("sweep::stop(tables);", ""), PAGE);
     assert_eq!(found, ["crates/drystone/src/step/mod.rs:1: the stage `sweep` is missing"]);
     assert_eq!(stage_findings(STEP, &PAGE.replace("7. sweep\n", "")).len(), 1);
     assert_eq!(stage_findings(&STEP.replace("sleep::rest(", "sleep::REST; ("), PAGE).len(), 1);
-    assert_eq!(stage_findings(STEP, &PAGE.replace("9. sleep", "9. sleep\n10. draw")).len(), 1);
+    assert_eq!(stage_findings(STEP, &PAGE.replace("9. report", "9. report\n10. draw")).len(), 1);
     assert_eq!(stage_findings("fn step() {}", "# Nothing").len(), 2);
     assert_eq!(stages::check(&tree(&[])).len(), 2);
 }

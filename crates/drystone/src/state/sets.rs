@@ -258,6 +258,15 @@ impl Sets<'_> {
         }
     }
 
+    /// Takes a body whose state became non-finite out of the awake sets. It stops, and does not count as one that fell asleep.
+    pub(crate) fn put_aside(&mut self, row: u32) {
+        let asleep = self.events.sleep.len();
+        self.rest(&[row]);
+        self.events.sleep.truncate(asleep);
+        let body = self.bodies.at_mut(row);
+        (body.out, body.faulted) = (true, true);
+    }
+
     /// Puts bodies to sleep together: they stop, and leave the awake sets with their constraints.
     pub(crate) fn rest(&mut self, members: &[u32]) {
         for m in members {

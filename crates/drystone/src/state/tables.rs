@@ -13,6 +13,7 @@ use super::events::Events;
 use super::islands::Islands;
 use super::joints::Joints;
 use super::particles::Particles;
+use super::sets::Sets;
 use super::shapes::Shapes;
 
 /// Everything that lives from step to step.
@@ -32,6 +33,40 @@ pub(crate) struct Tables {
     pub(crate) breakage: Breakage,
     /// Steps taken.
     pub(crate) steps: u64,
+}
+
+/// Tables and numbers that stages use one by one, beside [`Sets`].
+#[derive(Debug)]
+pub(crate) struct Others<'a> {
+    pub(crate) config: &'a WorldConfig,
+    pub(crate) shapes: &'a mut Shapes,
+    pub(crate) particles: &'a mut Particles,
+    pub(crate) bounds: &'a mut Bounds,
+    pub(crate) breakage: &'a Breakage,
+    pub(crate) steps: u64,
+}
+
+impl Tables {
+    /// All tables, to be lent to the stages of a step.
+    pub(crate) fn lend(&mut self) -> (Sets<'_>, Others<'_>) {
+        let sets = Sets {
+            bodies: &mut self.bodies,
+            joints: &mut self.joints,
+            contacts: &mut self.contacts,
+            islands: &mut self.islands,
+            colors: &mut self.colors,
+            events: &mut self.events,
+        };
+        let others = Others {
+            config: &self.config,
+            shapes: &mut self.shapes,
+            particles: &mut self.particles,
+            bounds: &mut self.bounds,
+            breakage: &self.breakage,
+            steps: self.steps,
+        };
+        (sets, others)
+    }
 }
 
 impl Clone for Tables {

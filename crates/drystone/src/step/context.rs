@@ -7,8 +7,9 @@ use super::load_inertia::LoadInertia;
 use super::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness};
-use crate::state::config::{PenaltyConfig, WorldConfig};
+use crate::state::config::{PenaltyConfig, SleepConfig, WorldConfig};
 use crate::state::material::ContactSoftness;
+use crate::state::stillness::StillnessRule;
 
 /// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
 /// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
@@ -85,6 +86,8 @@ pub(crate) struct StepContext {
     pub(crate) fineness: Fineness,
     /// Bodies freeze and wake one by one.
     pub(crate) wakes_alone: bool,
+    /// Sleep as configured, by the world's lengths, and only if the method has it.
+    pub(crate) rest: SleepConfig,
     /// How many times its `dt` is done, of islands that are solved anew in each of the world's substeps.
     pub(crate) rounds: u32,
     pub(crate) level: Level,
@@ -147,6 +150,12 @@ impl StepContext {
     /// See [`Self::per_track`].
     pub(crate) const fn per_track_of(length: f32) -> f32 {
         1.0 / power_below(length)
+    }
+
+    /// The rule by which bodies are still.
+    pub(crate) const fn stillness(&self) -> StillnessRule {
+        let (gravity, length, dt) = (self.gravity, self.length, self.dt);
+        StillnessRule { gravity, length, speed: self.rest.speed, time: self.rest.time, dt }
     }
 
     /// A contact with a softness of its own.
@@ -243,6 +252,11 @@ impl StepContext {
             parts,
             fineness: Fineness::Whole,
             wakes_alone: config.method.freezes(),
+            rest: SleepConfig {
+                enabled: config.sleep.enabled && config.method.sleeps(),
+                time: config.sleep.wait(dt),
+                speed: config.sleep_speed(),
+            },
             rounds: 1,
             level,
         }

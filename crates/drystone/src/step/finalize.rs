@@ -7,12 +7,13 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::context::StepContext;
+use super::flight;
 use super::flight::Spins;
 use super::notes::{Flight, Note};
 use super::reach::{Need, flies, reach_of_all};
 use super::sleep::freeze;
 use super::solver::body::integrate;
-use super::{flight, solver};
+use super::solver::body::solved::Solved;
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
@@ -67,15 +68,15 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    (sleep, by_energy): (&StillnessRule, bool),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
-    lines: &solver::scratch::Scratch,
+    lines: &Solved,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
     let Scratch { found, boxes, slack } = scratch;
+    let (sleep, by_energy) = (&ctx.stillness(), ctx.wakes_alone);
     let Bodies { rows, awake, tracks, stillness, .. } = bodies;
     // SAFETY: awake bodies are all different, and each has shapes of its own.
     let apart = unsafe { Apart::promise() };
@@ -225,7 +226,7 @@ fn advance(
     ctx: &StepContext,
     flock: &[u32],
     bodies: &Rows<'_, Option<Body>>,
-    lines: &solver::scratch::Scratch,
+    lines: &Solved,
 ) -> [(Vec3, Quat); FLOCK] {
     let mut before = [(Vec3::ZERO, Quat::IDENTITY); FLOCK];
     let mut spins = Spins::default();
@@ -241,12 +242,7 @@ fn advance(
 }
 
 /// Moves a body; true if its free rotation is still to be done.
-fn move_body(
-    ctx: &StepContext,
-    body: &mut Body,
-    row: u32,
-    lines: &solver::scratch::Scratch,
-) -> bool {
+fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &Solved) -> bool {
     let line = lines.line_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {
         body.center += body.v * ctx.dt;

@@ -1,4 +1,4 @@
-//! One time step: nine stages over the world's tables, always in this order. Read this first.
+//! One time step: ten stages over the world's tables, always in this order. Read this first.
 
 pub(crate) mod context;
 pub(crate) mod broadphase;
@@ -11,9 +11,9 @@ pub(crate) mod sweep;
 pub(crate) mod hooks;
 pub(crate) mod reach;
 pub(crate) mod one_way;
-pub(crate) mod sensor;
-pub(crate) mod impulses;
+pub(crate) mod touches;
 pub(crate) mod sleep;
+pub(crate) mod report;
 pub(crate) mod caps;
 pub(crate) mod flight;
 pub(crate) mod gyration;
@@ -21,18 +21,18 @@ pub(crate) mod load_inertia;
 pub(crate) mod notes;
 pub(crate) mod softness;
 pub(crate) mod solver_body;
+pub(crate) mod classic;
 
 use self::context::StepContext;
 use self::hooks::Hooks;
-use self::notes::Note;
 use self::particles::pace::Pace;
 use self::particles::settle::settle;
+use self::report::Found;
+use self::sleep::begin_step;
+use self::solver::input::Input;
 use crate::base::jobs::Jobs;
-use crate::state::config::SleepConfig;
-use crate::state::events::{Fault, FaultKind};
 use crate::state::sets::Sets;
-use crate::state::stillness::StillnessRule;
-use crate::state::tables::Tables;
+use crate::state::tables::{Others, Tables};
 
 /// A stage of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,10 +52,12 @@ pub enum Stage {
     Finalize,
     /// Fast bodies.
     Sweep,
-    /// Sensors and the order of events.
-    Sensor,
     /// Sleep.
     Sleep,
+    /// Events.
+    Report,
+    /// Joints, bonds and bodies that break.
+    Breakage,
 }
 
 impl Stage {
@@ -68,8 +70,9 @@ impl Stage {
         Self::Solver,
         Self::Finalize,
         Self::Sweep,
-        Self::Sensor,
         Self::Sleep,
+        Self::Report,
+        Self::Breakage,
     ];
 
     /// Its name in reports.
@@ -83,8 +86,9 @@ impl Stage {
             Self::Solver => "solver",
             Self::Finalize => "finalize",
             Self::Sweep => "sweep",
-            Self::Sensor => "sensor",
             Self::Sleep => "sleep",
+            Self::Report => "report",
+            Self::Breakage => "breakage",
         }
     }
 }
@@ -99,8 +103,8 @@ pub(crate) struct Scratch {
     solver: solver::scratch::Scratch,
     finalize: finalize::Scratch,
     sweep: sweep::Scratch,
-    impulses: impulses::Scratch,
     sleep: sleep::Scratch,
+    report: report::Scratch,
 }
 
 impl Scratch {
@@ -114,7 +118,7 @@ impl Scratch {
 
     /// Sweeps over the contacts in the last step.
     pub(crate) const fn sweeps(&self) -> u32 {
-        self.solver.sweeps
+        self.solver.sweeps()
     }
 
     /// What the contacts gave in the last step that landed or are asked for.
@@ -129,7 +133,7 @@ impl Scratch {
     }
 }
 
-/// The step. `after` is told of every stage that is done.
+/// The step: ten stages, of which the last one, breakage, is [`World`](crate::World)'s. Calls `after` when a stage is done.
 pub(crate) fn step(
     ctx: &StepContext,
     tables: &mut Tables,
@@ -138,98 +142,40 @@ pub(crate) fn step(
     hooks: Option<&Hooks<'_>>,
     after: &mut dyn FnMut(Stage),
 ) {
-    // Before anything wakes in this step.
-    tables.islands.wake_alone = tables.config.method.freezes();
-    tables.islands.gentle_speed = sleep::freeze::rest_speed(ctx, tables.config.sleep_speed());
-    tables.islands.length = ctx.length;
-    let Tables {
-        config,
-        bodies,
-        shapes,
-        joints,
-        particles,
-        contacts,
-        bounds,
-        islands,
-        colors,
-        events,
-        breakage,
-        ..
-    } = tables;
     let s = scratch;
+    let (mut sets, others) = tables.lend();
+    let Others { config, shapes, particles, bounds, breakage, steps } = others;
+    let pace = Pace::new(ctx, config, particles.last_h);
 
+    begin_step(ctx, sets.islands);
+    let Sets { bodies, joints, contacts, .. } = &mut sets;
     broadphase::find_pairs(ctx, bodies, shapes, joints, contacts, bounds, &mut s.broadphase, jobs);
     after(Stage::Broadphase);
     narrowphase::update_manifolds(ctx, bodies, shapes, contacts, &mut s.narrowphase, hooks, jobs);
     after(Stage::Narrowphase);
-    let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
-    partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets, &mut s.partition, jobs);
-    partition::relax_levels(tables.steps, &mut sets, &mut s.partition, jobs);
+    partition::apply_changes(steps, &s.narrowphase, shapes, &mut sets, &mut s.partition, jobs);
     after(Stage::Partition);
     particles::meet_shapes(ctx, particles, shapes, bounds, &mut sets, &mut s.particles, jobs);
     after(Stage::Particles);
-    let Sets { bodies, joints, contacts, islands, colors, events } = sets;
-    let method = &config.method;
-    let breakage = joints.breakable > 0 || breakage.any();
-    let closing = &s.narrowphase;
-    let read = solver::input::Input { bodies, shapes, islands, closing, breakage };
-    let [loaded, jointed, struck, tumbling] = &ctx.finer(config);
-    let contexts = [ctx, loaded, jointed, struck, tumbling];
-    let pace = Pace::new(ctx, config, particles.last_h);
-    let mut tied = s.particles.tied(pace, particles);
-    solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, &mut tied, jobs);
+    let breakage = sets.joints.breakable > 0 || breakage.any();
+    let Sets { bodies, joints, contacts, islands, colors, .. } = &mut sets;
+    let read = Input { bodies, shapes, islands, closing: &s.narrowphase, breakage };
+    let tied = &mut s.particles.tied(pace, particles);
+    solver::solve(ctx, config, read, joints, contacts, colors, &mut s.solver, tied, jobs);
     after(Stage::Solver);
-    let sleep = &config.sleep;
-    let (enabled, time) = (sleep.enabled && method.sleeps(), sleep.wait(ctx.dt));
-    let rest = SleepConfig { enabled, time, speed: config.sleep_speed() };
-    let (gravity, length, dt) = (ctx.gravity, ctx.length, ctx.dt);
-    let rule = StillnessRule { gravity, length, speed: rest.speed, time, dt };
-    finalize::advance_poses(
-        ctx,
-        (&rule, islands.wake_alone),
-        bodies,
-        shapes,
-        bounds,
-        &s.solver,
-        &mut s.finalize,
-        jobs,
-    );
+    let solved = &s.solver.solved;
+    finalize::advance_poses(ctx, sets.bodies, shapes, bounds, solved, &mut s.finalize, jobs);
     after(Stage::Finalize);
-    let (fast, links) = (s.finalize.flights(), (&*contacts, &*joints, hooks));
-    sweep::stop_fast_bodies(ctx, fast, links, bodies, shapes, bounds, &mut s.sweep, jobs);
+    let links = (&*sets.contacts, &*sets.joints, hooks);
+    let fast = s.finalize.flights();
+    sweep::stop_fast_bodies(ctx, fast, links, sets.bodies, shapes, bounds, &mut s.sweep, jobs);
+    settle(ctx, pace.h, particles, sets.bodies, shapes, bounds, &mut s.particles, jobs);
     after(Stage::Sweep);
-    let around = (&*shapes, &*bounds);
-    let ends = (&mut *events, tables.steps + 1, pace.h);
-    settle(ctx, &rest, particles, bodies, around, ends, &mut s.particles, jobs);
-    let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
-    let found = (s.solver.begun(), s.sweep.crossed());
-    sensor::report_touches(found, shapes, &mut sets);
-    let (given, least) = (s.solver.given(), (ctx.dt, ctx.hit_speed));
-    impulses::report_given(given, least, shapes, &mut sets, &mut s.impulses);
-    quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
-    after(Stage::Sensor);
-    let still = s.finalize.notes();
-    let rule = (&rest, rule.spacing());
-    let around = (&*shapes, tables.steps);
-    sleep::rest_still_islands(ctx, rule, still, around, &mut sets, &mut s.sleep, jobs);
+    let notes = s.finalize.notes();
+    sleep::rest_still_islands(ctx, steps, notes, shapes, &mut sets, &mut s.sleep, jobs);
     after(Stage::Sleep);
-}
-
-/// Takes bodies with a non-finite state out of the awake sets, and reports them.
-fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64) {
-    for note in notes {
-        if let Note::Fault(row) = note {
-            sets.rest(&[row]);
-            let body = sets.bodies.at_mut(row);
-            (body.out, body.faulted) = (true, true);
-            let body = Some(sets.bodies.id(row));
-            sets.events.faults.push(Fault {
-                body,
-                joint: None,
-                particle: None,
-                kind: FaultKind::NotFinite,
-                step,
-            });
-        }
-    }
+    let Scratch { partition, particles: met, solver, finalize, sweep, report, .. } = s;
+    let found = Found { partition, particles: met, solver, finalize, sweep };
+    report::report(ctx, steps + 1, found, shapes, particles, &mut sets, report);
+    after(Stage::Report);
 }

@@ -1,5 +1,5 @@
 //! The stage `partition`: contacts that gained or lost points enter or leave the colors and islands; sleepers that
-//! were met wake; ends are reported.
+//! were met wake; ends of touches are noted for `report`.
 //!
 //! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: what wakes serially; over
 //! lists of changes in parallel, then over tables side by side, each in the order of the changes; levels in parallel, color
@@ -8,8 +8,9 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use super::narrowphase;
 use super::narrowphase::change::Change;
-use super::{narrowphase, sensor};
+use super::touches::{Touches, contact_event, events_between, reports_touch};
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, for_ranges, for_runs, grain};
@@ -17,7 +18,7 @@ use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
-use crate::state::events::{ContactEvent, Events, SensorEvent};
+use crate::state::events::SensorEvent;
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
 use crate::state::sets::turns::{Move, Turns};
@@ -34,15 +35,27 @@ const LEAST: usize = 128;
 pub(crate) struct Scratch {
     /// The levels to be.
     levels: Sparse,
-    /// Of each list of changes: what it comes to.
-    told: Vec<Told>,
+    /// Effects of each list of changes, then of each list of ghosts of seams.
+    told: [Vec<Told>; 2],
     gone: Vec<Leaver>,
     slack: Slack,
 }
 
-/// Applies the changes that narrowphase listed: who is met wakes; then all workers look what the changes come to; then that is
-/// carried out.
-pub(crate) fn apply_touch_changes(
+/// Applies the changes that narrowphase listed: bodies that are met wake; all workers work out the effects of the changes; these
+/// are carried out. `step`: the steps taken before this one.
+pub(crate) fn apply_changes(
+    step: u64,
+    found: &narrowphase::scratch::Scratch,
+    shapes: &Shapes,
+    sets: &mut Sets<'_>,
+    scratch: &mut Scratch,
+    jobs: &Jobs<'_>,
+) {
+    change_sets(found, shapes, sets, scratch, jobs);
+    relax_levels(step, sets, scratch, jobs);
+}
+
+fn change_sets(
     found: &narrowphase::scratch::Scratch,
     shapes: &Shapes,
     sets: &mut Sets<'_>,
@@ -52,19 +65,29 @@ pub(crate) fn apply_touch_changes(
     let [changes, ghosts] = found.changes();
     wake_the_met(changes, sets);
     sets.contacts.end_asking(sets.bodies);
+    let Scratch { told, gone, slack, .. } = scratch;
     let mut most = 0;
-    for lists in [changes, ghosts] {
+    for (lists, told) in [changes, ghosts].into_iter().zip(&mut *told) {
+        told.iter_mut().for_each(Told::clear);
         let n: usize = lists.iter().map(Vec::len).sum();
         if n > 0 {
             let jobs = if n < LEAST { &Jobs::Inline } else { jobs };
-            most = most.max(apply(lists, shapes, sets, scratch, jobs));
+            most = most.max(apply(lists, shapes, sets, told, gone, jobs));
         }
     }
-    let Scratch { told, gone, slack, .. } = scratch;
     if let Some(enough) = slack.look(most) {
-        let each = enough / told.len().max(1);
-        told.iter_mut().for_each(|told| told.shrink_to(each));
+        for told in told {
+            let each = enough / told.len().max(1);
+            told.iter_mut().for_each(|told| told.shrink_to(each));
+        }
         gone.shrink_to(enough);
+    }
+}
+
+impl Scratch {
+    /// Touches that the last step ended, in the order of changes.
+    pub(crate) fn touches(&self) -> impl Iterator<Item = &Touches> {
+        self.told.iter().flatten().map(|told| &told.touches)
     }
 }
 
@@ -106,55 +129,39 @@ fn apply(
     lists: &[Vec<Change>],
     shapes: &Shapes,
     sets: &mut Sets<'_>,
-    scratch: &mut Scratch,
+    told: &mut Vec<Told>,
+    gone: &mut Vec<Leaver>,
     jobs: &Jobs<'_>,
 ) -> usize {
-    let Scratch { told, gone, .. } = scratch;
     told.resize_with(told.len().max(lists.len()), Told::default);
     // SAFETY: a contact changes at most once in a step, and is in one list.
     let slots = sets.contacts.slots_mut(unsafe { Apart::promise() });
     let teller = Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots };
     let told = &mut told[..lists.len()];
     for_runs(jobs, told, 1, |list, told| {
-        told[0].clear();
         teller.look_at(&lists[list], &mut told[0]);
     });
     let told = &*told;
     sets.carry_out(told.iter().map(|told| &told.turns), gone, jobs);
-    for told in told {
-        told.report(sets.events);
-    }
     gone.len().max(told.iter().map(|told| told.turns.len()).sum())
 }
 
-/// What a list of changes comes to.
+/// Effects of a list of changes.
 #[derive(Clone, Debug, Default)]
 struct Told {
     turns: Turns,
-    ends: Vec<ContactEvent>,
-    /// Of sensors, and whether something entered.
-    sensed: Vec<(SensorEvent, bool)>,
+    touches: Touches,
 }
 
 impl Told {
     fn clear(&mut self) {
         self.turns.clear();
-        self.ends.clear();
-        self.sensed.clear();
+        self.touches.clear();
     }
 
     fn shrink_to(&mut self, enough: usize) {
         self.turns.shrink_to(enough);
-        self.ends.shrink_to(enough);
-        self.sensed.shrink_to(enough);
-    }
-
-    fn report(&self, events: &mut Events) {
-        events.contact_end.extend_from_slice(&self.ends);
-        for (event, enters) in &self.sensed {
-            let list = if *enters { &mut events.sensor_enter } else { &mut events.sensor_exit };
-            list.push(*event);
-        }
+        self.touches.shrink_to(enough);
     }
 }
 
@@ -218,15 +225,15 @@ impl Teller<'_> {
             return;
         }
         if c.sensor {
-            told.sensed.extend(self.sensor_events(c).map(|e| (e, false)));
+            told.touches.sensed.extend(self.sensor_events(c).map(|e| (e, false)));
         } else if reports_touch(c, self.shapes) {
-            told.ends.push(contact_event(c, self.shapes, self.bodies));
+            told.touches.ends.push(contact_event(c, self.shapes, self.bodies));
         }
         self.parts(first).for_each(|row| self.set_touching(row, false));
     }
 
     fn sensor_events(&self, c: &Contact) -> impl Iterator<Item = SensorEvent> + use<> {
-        sensor::events_between([c.shape_a, c.shape_b], self.shapes, self.bodies)
+        events_between([c.shape_a, c.shape_b], self.shapes, self.bodies)
     }
 
     fn set_touching(&self, row: u32, touching: bool) {
@@ -243,7 +250,7 @@ impl Teller<'_> {
             let first = c.first(row);
             let overlaps = self.parts(first).any(|part| self.at(part).count > 0);
             if self.at(first).touching != overlaps {
-                told.sensed.extend(self.sensor_events(c).map(|e| (e, overlaps)));
+                told.touches.sensed.extend(self.sensor_events(c).map(|e| (e, overlaps)));
                 self.parts(first).for_each(|part| self.set_touching(part, overlaps));
             }
             return;
@@ -274,7 +281,7 @@ const RELAX_EVERY: u64 = 4;
 /// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
 /// neighbor: converges in as many calls as the graph is deep, and costs nothing while nothing changes.
 /// What is written of bodies that are not awake is never read.
-pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jobs<'_>) {
+fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jobs<'_>) {
     let Sets { bodies, contacts, colors, .. } = sets;
     scratch.levels.cover(bodies.rows.slot_count());
     if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut colors.levels_dirty) {
@@ -353,53 +360,5 @@ pub(crate) fn end_contact(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
     let slots = sets.contacts.slots_mut(unsafe { Apart::promise() });
     Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots }.end(first, &mut told);
     sets.carry_out(core::iter::once(&told.turns), &mut Vec::new(), &Jobs::Inline);
-    told.report(sets.events);
-}
-
-/// Sets the touch of a pair on all its parts.
-fn set_touching(first: u32, sets: &mut Sets<'_>) {
-    let mut row = first;
-    while row != NONE {
-        let c = sets.contacts.at_mut(row);
-        c.touching = true;
-        row = c.next_part;
-    }
-}
-
-/// Reports contacts that the solver found pressed together for the first time.
-pub(crate) fn report_begun(
-    begun: impl Iterator<Item = u32> + Clone,
-    shapes: &Shapes,
-    sets: &mut Sets<'_>,
-) {
-    let mut soon = begun.clone().skip(AHEAD);
-    for row in begun {
-        if let Some(soon) = soon.next() {
-            sets.contacts.prefetch(soon, Contact::CACHE_LINES);
-        }
-        let first = sets.contacts.at(row).first(row);
-        let c = sets.contacts.at(first);
-        if !c.touching {
-            if reports_touch(c, shapes) {
-                let event = contact_event(c, shapes, sets.bodies);
-                sets.events.contact_begin.push(event);
-            }
-            set_touching(first, sets);
-        }
-    }
-}
-
-/// Whether the begin and the end of a touch are reported.
-fn reports_touch(c: &Contact, shapes: &Shapes) -> bool {
-    shapes.at(c.shape_a).reports.touch(shapes.at(c.shape_b).reports)
-}
-
-/// The event of a touch that begins or ends.
-pub(crate) fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent {
-    ContactEvent {
-        shape_a: shapes.id(c.shape_a),
-        shape_b: shapes.id(c.shape_b),
-        body_a: bodies.id(c.body_a),
-        body_b: bodies.id(c.body_b),
-    }
+    told.touches.report(sets.events);
 }

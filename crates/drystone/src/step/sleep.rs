@@ -16,7 +16,7 @@ use super::notes::Note;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::NONE;
-use crate::state::config::SleepConfig;
+use crate::state::islands::Islands;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
@@ -56,25 +56,33 @@ pub(crate) struct Scratch {
     freeze: freeze::Scratch,
 }
 
-/// Puts still islands to sleep, and splits one that may come apart. `notes` are finalize's: only when one
-/// tells of a body that was still for long enough are islands looked at.
+/// Begins a step: how bodies wake in it, and by which touches.
+pub(crate) fn begin_step(ctx: &StepContext, islands: &mut Islands) {
+    islands.wake_alone = ctx.wakes_alone;
+    islands.gentle_speed = freeze::rest_speed(ctx, ctx.rest.speed);
+    islands.length = ctx.length;
+}
+
+/// Puts aside bodies that became non-finite, puts still islands to sleep, and splits one island that may come apart. `notes` are those of
+/// finalize: islands are looked at only when some body was still for long enough. `step`: the steps taken before this one.
 pub(crate) fn rest_still_islands(
     ctx: &StepContext,
-    (config, spacing): (&SleepConfig, f32),
+    step: u64,
     notes: impl Iterator<Item = Note>,
-    (shapes, step): (&Shapes, u64),
+    shapes: &Shapes,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
     let Scratch { rates, ripe, idle, roots, freeze } = scratch;
+    let (config, spacing) = (&ctx.rest, ctx.stillness().spacing());
     let mut still = false;
     idle.clear();
     for note in notes {
         match note {
             Note::Idle(row) => idle.push(row),
             Note::Still => still = true,
-            _ => {}
+            Note::Fault(row) => sets.put_aside(row),
         }
     }
     if !idle.is_empty() {

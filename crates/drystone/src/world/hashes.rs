@@ -98,8 +98,9 @@ impl World {
                 Stage::Particles => self.feed_particles(&mut hash),
                 Stage::Solver => self.feed_impulses(&mut hash),
                 Stage::Finalize | Stage::Sweep => self.feed_poses(&mut hash),
-                Stage::Sensor => self.feed_events(&mut hash),
                 Stage::Sleep => self.feed_sleep(&mut hash),
+                Stage::Report => self.feed_events(&mut hash),
+                Stage::Breakage => self.feed_breaks(&mut hash),
             }
             hash.finish()
         };
@@ -181,9 +182,16 @@ impl World {
         let visits = e.sensor_enter.iter().chain(&e.sensor_exit).map(|v| [v.sensor, v.visitor]);
         touches.chain(visits).flatten().for_each(|shape| hash.word(shape.index()));
         e.hits.iter().for_each(|hit| hash.vector(hit.point));
+        e.sleep.iter().chain(&e.wake).for_each(|body| hash.word(body.index()));
         let counts = [e.contact_begin.len(), e.sensor_enter.len(), e.hits.len(), e.faults.len()];
-        let breaks = [e.joint_break.len(), e.bond_break.len(), e.link_tear.len(), e.pieces.len()];
-        counts.into_iter().chain(breaks).for_each(|n| hash.count(n));
+        counts.into_iter().chain([e.link_tear.len()]).for_each(|n| hash.count(n));
+    }
+
+    fn feed_breaks(&self, hash: &mut StateHash) {
+        let e = &self.tables.events;
+        e.joint_break.iter().for_each(|broken| hash.word(broken.joint.index()));
+        e.pieces.iter().for_each(|body| hash.word(body.index()));
+        [e.bond_break.len(), e.fractures.len()].into_iter().for_each(|n| hash.count(n));
     }
 
     fn feed_sleep(&self, hash: &mut StateHash) {

@@ -349,6 +349,7 @@ impl World {
         }
         // Keeps energy, and books know bodies by their rows.
         self.break_bodies(dt);
+        after(Stage::Breakage);
     }
 
     /// For tests of a stage.

@@ -3,7 +3,7 @@
 
 use super::World;
 use crate::state::events::{ContactEvent, Events};
-use crate::step::partition::contact_event;
+use crate::step::touches::contact_event;
 
 fn is_pair(a: &ContactEvent, b: &ContactEvent) -> bool {
     (a.shape_a, a.shape_b) == (b.shape_a, b.shape_b)

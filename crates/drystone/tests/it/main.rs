@@ -5,6 +5,7 @@
 mod contract_limits;
 #[cfg(feature = "snapshot")]
 mod contract_executor;
+mod contract_events;
 mod contract_queries;
 mod contract_world;
 mod floors;

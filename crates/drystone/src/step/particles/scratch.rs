@@ -5,6 +5,7 @@ use super::pace::Pace;
 use super::tied::Tied;
 use super::{settle, tied};
 use crate::state::bodies::Bodies;
+use crate::state::events::LinkTear;
 use crate::state::particles::Particles;
 
 /// What a chunk of particles found, in the order of their lines.
@@ -46,6 +47,16 @@ impl Scratch {
                 body.dragged = false;
             }
         }
+    }
+
+    /// Links that tore in the last step.
+    pub(crate) fn torn(&self) -> &[LinkTear] {
+        &self.settle.torn
+    }
+
+    /// Lines of particles that were put aside in the last step, ascending.
+    pub(crate) fn faults(&self) -> &[u32] {
+        &self.faults
     }
 
     /// The tied particles, for the solver.

@@ -6,13 +6,12 @@ use super::fly::{is_computable, put_aside};
 use super::meet::{Around, moves};
 use super::scratch::Scratch as Stage;
 use crate::base::disjoint::{Apart, Rows};
-use crate::base::id::LinkId;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
 use crate::state::config::SleepConfig;
-use crate::state::events::{Events, Fault, FaultKind, LinkTear};
+use crate::state::events::LinkTear;
 use crate::state::particles::{LaneKind, Particles};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
@@ -24,41 +23,36 @@ pub(crate) struct Scratch {
     faults: Vec<Vec<u32>>,
     /// Least still time of each strand, by the line that names it.
     still: Vec<f32>,
-    torn: Vec<LinkId>,
+    /// Links that tore in the last step.
+    pub(crate) torn: Vec<LinkTear>,
     /// Strands that hang on something that is moved.
     carried: Vec<u32>,
 }
 
-/// Ends the step of all particles. `step`: its number; `h`: the length of their substeps [s].
+/// Ends the step of all particles. `h`: the length of their substeps [s].
 pub(crate) fn settle(
     ctx: &StepContext,
-    rest: &SleepConfig,
+    h: f32,
     particles: &mut Particles,
     bodies: &mut Bodies,
-    (shapes, bounds): (&Shapes, &Bounds),
-    (events, step, h): (&mut Events, u64, f32),
+    shapes: &Shapes,
+    bounds: &Bounds,
     stage: &mut Stage,
     jobs: &Jobs<'_>,
 ) {
+    stage.settle.torn.clear();
     if particles.is_empty() {
         return;
     }
+    let rest = &ctx.rest;
     advance(ctx, particles, bodies, (shapes, bounds), stage, jobs);
     stage.faults.extend(stage.settle.faults.iter().flatten());
     stage.faults.sort_unstable();
     for line in &stage.faults {
-        let particle = particles.rows.id_at(line - 1);
-        events.faults.push(Fault {
-            body: None,
-            joint: None,
-            particle,
-            kind: FaultKind::NotFinite,
-            step,
-        });
         particles.take_out(*line);
     }
     keep_awake(ctx, rest, particles, bodies, stage);
-    tear(particles, events, h, &mut stage.settle.torn);
+    tear(particles, h, &mut stage.settle.torn);
     freeze(ctx, rest, particles, bodies, stage);
     particles.last_h = h;
 }
@@ -155,11 +149,10 @@ fn keep_awake(
 }
 
 /// Takes out the links that were stretched too far or pulled too hard, in the order of their slots.
-fn tear(particles: &mut Particles, events: &mut Events, h: f32, torn: &mut Vec<LinkId>) {
+fn tear(particles: &mut Particles, h: f32, torn: &mut Vec<LinkTear>) {
     if !particles.can_tear {
         return;
     }
-    torn.clear();
     for (id, link) in particles.links.iter() {
         if !link.can_tear() {
             continue;
@@ -172,12 +165,11 @@ fn tear(particles: &mut Particles, events: &mut Events, h: f32, torn: &mut Vec<L
         debug_assert!(block.kinds[lane] != LaneKind::Idle, "links stand in lanes of theirs");
         if strain > link.tear_strain || force > link.tear_force {
             let id_of = |line: u32| particles.rows.id_at(line - 1).expect("ends live");
-            events.link_tear.push(LinkTear { link: id, a: id_of(a), b: id_of(b), force, strain });
-            torn.push(id);
+            torn.push(LinkTear { link: id, a: id_of(a), b: id_of(b), force, strain });
         }
     }
-    for id in torn.iter() {
-        particles.remove_link(*id);
+    for tear in torn.iter() {
+        particles.remove_link(tear.link);
     }
 }
 

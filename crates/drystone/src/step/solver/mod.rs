@@ -6,11 +6,9 @@
 //! a dynamic body once; groups share no dynamic body; blocks are eight wide everywhere; the order of
 //! colors is fixed.
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
-#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 mod bound;
 mod work;
-mod classic;
 mod impact;
 mod plan;
 mod rounds;
@@ -27,44 +25,24 @@ pub(crate) mod pass;
 pub(crate) mod scratch;
 pub(crate) mod totals_rows;
 pub(crate) mod tree;
+pub(crate) mod wide;
 
-use fearless_simd::dispatch;
-
-use self::body::integrate;
-use self::body::island_motion::Frames;
-use self::body::row::Aux;
-use self::body::squeeze::Squeeze;
-use self::body::state::BodyState;
-use self::contact::arena::{Blocks, Rooms};
-use self::contact::sweep::Sweep;
-use self::contact::{store, sweep};
 use self::input::Input;
-use self::joint::sweep::JointSweep;
-use self::lent::Solver;
-use self::pass::Progress;
-use self::plan::group::Group;
 use self::scratch::Scratch;
-use self::totals_rows::Askers;
+use super::classic;
 use super::context::StepContext;
 use super::particles::tied::Tied;
-use super::softness::Softness;
-use super::solver_body::{Line, Whitening};
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::grow;
-use crate::base::jobs::{Jobs, for_each_in_room, for_shares};
-use crate::base::math::Vec3;
-use crate::geometry::collide::MeshScratch;
-use crate::state::bodies::Fineness;
+use crate::base::jobs::Jobs;
 use crate::state::colors::Colors;
+use crate::state::config::WorldConfig;
 use crate::state::contacts::Contacts;
 use crate::state::joints::Joints;
-use crate::state::method::{Method, Pass};
 
-/// Runs the method's passes. Poses are written by finalize, from the lines. There is a context for each
-/// [`Fineness`](crate::state::bodies::Fineness) of islands.
+/// Runs the passes of the world's method: of a default one by [`wide`], of a classic one by [`classic`]. `finalize` writes
+/// the poses, from [`Scratch::solved`].
 pub(crate) fn solve(
-    contexts: [&StepContext; 5],
-    method: &Method,
+    ctx: &StepContext,
+    config: &WorldConfig,
     input: Input<'_>,
     joints: &mut Joints,
     contacts: &mut Contacts,
@@ -73,251 +51,14 @@ pub(crate) fn solve(
     tied: &mut Tied<'_>,
     jobs: &Jobs<'_>,
 ) {
-    let s = scratch;
-    let ctx = contexts[0];
-    let Input { bodies, shapes, islands, closing, breakage } = input;
-    // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
-    s.begun.clear();
-    s.watches.clear();
-    if method.is_classic() {
-        classic::solve(ctx, method, input, joints, contacts, colors, s);
-        with_particles::follow(ctx, bodies, s, tied, jobs);
-        return;
-    }
-    if s.classic.leave(&mut s.line_of) {
-        // Line 0 is nobody's in blocks, and theirs are of another kind.
-        (s.lines, s.whitening, s.aux) = Default::default();
-        (s.acceleration, s.squeezes) = Default::default();
-    }
-    s.sweeps = method.wide_sweeps(ctx.substeps);
-    s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
-    s.plan.choose_turning(bodies, contacts, shapes, (closing, ctx.dt));
-    let [.., struck, _] = contexts;
-    s.plan.take_back(bodies, joints, contacts, islands, struck, jobs);
-    let workers = jobs.workers().max(1);
-    let parts = contexts.map(|ctx| ctx.parts);
-    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, parts, jobs);
-    let n = s.plan.members.len() + 1;
-    grow::resize(&mut s.lines, n, Line::default());
-    grow::resize(&mut s.whitening, n, Whitening::default());
-    grow::resize(&mut s.aux, n, Aux::default());
-    grow::resize(&mut s.acceleration, n, Vec3::ZERO);
-    grow::resize(&mut s.squeezes, n, Squeeze::default());
-    let in_rounds = s.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
-    let states = in_rounds || !s.plan.turning.lines.is_empty();
-    grow::resize(&mut s.states, if states { n } else { 0 }, BodyState::default());
-    if !s.plan.turning.lines.is_empty() && s.meshes.len() < s.plan.groups.len() {
-        s.meshes.resize_with(s.plan.groups.len(), MeshScratch::default);
-    }
-    s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
-    let n = s.plan.contacts.owners.len();
-    s.begun.resize(n, 0);
-    let [corotates, parts, blows] = closing.listed();
-    let has_extras = colors.special > 0 || corotates;
-    s.make_partings(parts);
-    s.make_extras(has_extras);
-    s.make_impacts(has_extras || blows);
-    s.make_joint_rows();
-    with_particles::find_groups(&s.plan, &s.line_of, tied.scratch);
-    s.progress.resize(tied.scratch.groups.len(), Progress::default());
-    let askers = Askers { bodies, shapes, breakage };
-    s.make_tallies((breakage, askers.any()));
-    // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
-    // by colors, which touch such a body once.
-    let apart = unsafe { Apart::promise() };
-    let (slots, softened) = contacts.solved_mut(apart);
-    let plan = &s.plan;
-    let keep = !tied.scratch.groups.is_empty();
-    let Rooms { own, rooms, size } = Rooms::new(plan, &mut s.blocks, workers, keep);
-    let end = own.len();
-    let solver = Solver {
-        ctx,
-        method,
-        bodies,
-        shapes,
-        plan,
-        line_of: &s.line_of,
-        lines: Rows::new(&mut s.lines, apart),
-        whitening: Rows::new(&mut s.whitening, apart),
-        aux: Rows::new(&mut s.aux, apart),
-        acceleration: Rows::new(&mut s.acceleration, apart),
-        squeezes: Rows::new(&mut s.squeezes, apart),
-        states: Rows::new(&mut s.states, apart),
-        round: 0,
-        frames: Rows::new(&mut s.frames, apart),
-        meshes: Rows::new(&mut s.meshes, apart),
-        blocks: Blocks::new(own, 0, apart),
-        extras: Rows::new(&mut s.extras, apart),
-        has_extras,
-        blows,
-        turning: corotates.then_some(&plan.turning.bodies),
-        parts,
-        partings: Rows::new(&mut s.partings, apart),
-        ways: Rows::new(&mut s.ways, apart),
-        joints: Rows::new(&mut s.joints, apart),
-        joint_rests: Rows::new(&mut s.joint_rests, apart),
-        sixdofs: Rows::new(&mut s.sixdofs, apart),
-        couplings: Rows::new(&mut s.couplings, apart),
-        bounds: Rows::new(&mut s.bounds, apart),
-        tree_gains: Rows::new(&mut s.tree_gains, apart),
-        tree_bodies: Rows::new(&mut s.tree_bodies, apart),
-        tree_rows: Rows::new(&mut s.tree_rows, apart),
-        impacts: Rows::new(&mut s.impacts, apart),
-        free: Rows::new(&mut s.free, apart),
-        begun: Rows::new(&mut s.begun, apart),
-        progress: Rows::new(&mut s.progress, apart),
-        askers,
-        watches: Rows::new(&mut s.watches, apart),
-        peaks: Rows::new(&mut s.peaks, apart),
-        tallies: Rows::new(&mut s.tallies, apart),
-        joint_tallies: Rows::new(&mut s.joint_tallies, apart),
-        six_tallies: Rows::new(&mut s.six_tallies, apart),
-        tree_tallies: Rows::new(&mut s.tree_tallies, apart),
-        contacts: slots,
-        softened,
-        joint_slots: Rows::new(joints.rows.values_mut(), apart),
-    };
-    let solver_of =
-        |number: usize| Solver { ctx: contexts[plan.groups[number].fineness as usize], ..solver };
-    solver.solve_together(tied, jobs);
-    let groups = &tied.scratch.groups;
-    for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
-        solver_of(number).solve(number, jobs);
-    }
-    for_each_in_room(jobs, plan.groups.len() - plan.shared, rooms, size, |room, number| {
-        let number = plan.shared + number;
-        if groups.binary_search(&number).is_err() {
-            let range = plan.contacts.blocks_of(&plan.groups[number].contacts);
-            let blocks = if range.end <= end {
-                solver.blocks
-            } else {
-                Blocks::new(&mut room[..range.len()], range.start, apart)
-            };
-            Solver { blocks, ..solver_of(number) }.solve(number, &Jobs::Inline);
-        }
-    });
-}
-
-impl Solver<'_> {
-    /// A pass over the colors.
-    fn sweep(&self, group: &Group, pass: Pass, substep: u32, jobs: &Jobs<'_>) {
-        let ctx = self.ctx;
-        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-        let elapsed = substep as f32 * ctx.h;
-        // A relax pass within a substep stands after its positions.
-        let moved = elapsed + if substep < ctx.substeps { ctx.h } else { 0.0 };
-        let sweep = |softness, inner, elapsed| Sweep {
-            inv_h: ctx.inv_h,
-            softness,
-            relaxes: pass == Pass::Relax,
-            cap: ctx.push_speed,
-            hit: sweep::HIT_SPEED * ctx.length,
-            inner,
-            elapsed,
-        };
-        match pass {
-            Pass::Solve { inner } => {
-                let inner = inner.clamp(1, 8);
-                let joints = JointSweep::solving(ctx, elapsed);
-                self.sweep_couplings(group, &joints);
-                self.sweep_joints(group, &joints, jobs);
-                self.sweep_sixdofs(group, &joints, jobs);
-                self.sweep_trees(group, &joints, jobs);
-                let sweeps =
-                    [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
-                self.sweep_contacts(group, &sweeps, false, jobs);
-            }
-            Pass::Relax => {
-                let joints = JointSweep::relaxing(ctx, moved);
-                self.sweep_couplings(group, &joints);
-                self.sweep_joints(group, &joints, jobs);
-                self.sweep_sixdofs(group, &joints, jobs);
-                self.sweep_trees(group, &joints, jobs);
-                let rigid = sweep(Softness::RIGID, 1, moved);
-                self.sweep_contacts(group, &[rigid, rigid], true, jobs);
-            }
-            // Passes over bodies or islands, and those of the classic methods.
-            _ => {}
-        }
-    }
-
-    fn accelerate(&self, group: &Group, jobs: &Jobs<'_>, first: bool) {
-        self.for_lines(group, jobs, &|lines, aux| {
-            for (line, aux) in lines.iter_mut().zip(aux) {
-                integrate::velocities(line, aux, first);
-            }
-        });
-    }
-
-    fn advance(&self, group: &Group, jobs: &Jobs<'_>) {
-        let h = self.ctx.h;
-        self.for_lines(group, jobs, &|lines, aux| {
-            for (line, aux) in lines.iter_mut().zip(aux) {
-                integrate::positions(line, h);
-                integrate::velocities(line, aux, false);
-            }
-        });
-    }
-
-    fn drift(&self, group: &Group, jobs: &Jobs<'_>) {
-        let h = self.ctx.h;
-        self.for_lines(group, jobs, &|lines, _| {
-            for line in lines {
-                integrate::positions(line, h);
-            }
-        });
-    }
-
-    fn for_lines(
-        &self,
-        group: &Group,
-        jobs: &Jobs<'_>,
-        f: &(dyn Fn(&mut [Line], &mut [Aux]) + Sync),
-    ) {
-        let n = group.lines.len();
-        for_shares(jobs, n, 256, |part| {
-            let part = group.lines.start + part.start..group.lines.start + part.end;
-            f(self.lines.slice(part.clone()), self.aux.slice(part));
-        });
-    }
-
-    /// Sums up how each body is squeezed.
-    fn weigh(&self, group: &Group, jobs: &Jobs<'_>) {
-        let scale = self.ctx.store_scale();
-        self.plan.contacts.for_blocks(&group.contacts, jobs, 64, |_, blocks| {
-            dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    store::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
-                }
-            });
-        });
-    }
-
-    fn store(&self, group: &Group, jobs: &Jobs<'_>) {
-        let tables = (&self.contacts, self.bodies);
-        if self.ctx.inertia.is_on() {
-            self.weigh(group, jobs);
-        }
-        let blocks = self.plan.contacts.blocks_of(&group.contacts);
-        let n = blocks.len();
-        for_shares(jobs, n, 32, |part| {
-            dispatch!(self.ctx.level, simd => {
-                for i in blocks.start + part.start..blocks.start + part.end {
-                    let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
-                    let owners = &self.plan.contacts.owners[i];
-                    self.prefetch_contacts(i + 1);
-                    let block = self.blocks.read(i);
-                    let begun = self.begun.row(i);
-                    let when = (self.ctx, None);
-                    *begun |= store::store(simd, block, extra, (owners, *begun), tables, when);
-                    self.end_tally(i);
-                }
-            });
-        });
-        self.store_tallies(group);
-        self.store_joints(group, jobs);
-        self.store_couplings(group);
-        self.store_trees(group);
-        self.store_sixdofs(group, jobs);
+    scratch.begin_step();
+    if config.method.is_classic() {
+        scratch.leave_wide();
+        let Scratch { classic, solved, .. } = scratch;
+        classic::solve(ctx, &config.method, input, joints, contacts, colors, classic, solved);
+        with_particles::follow(ctx, input.bodies, solved, tied, jobs);
+    } else {
+        scratch.leave_classic();
+        wide::solve(ctx, config, input, joints, contacts, colors, scratch, tied, jobs);
     }
 }

@@ -1,10 +1,8 @@
 //! Memory of the solver, kept from step to step.
 
 use super::body::island_motion::Frames;
-use super::body::row::Aux;
-use super::body::squeeze::Squeeze;
+use super::body::solved::Solved;
 use super::body::state::BodyState;
-use super::classic;
 use super::contact::block::{ContactBlock, Extra};
 use super::contact::parting::Parting;
 use super::impact::Impacts;
@@ -18,18 +16,15 @@ use super::tree::rows::{TreeBody, TreeRow};
 use super::work::Bound;
 use crate::base::math::Vec3;
 use crate::geometry::collide::MeshScratch;
-use crate::step::solver_body::{Line, Whitening};
+use crate::step::classic;
+use crate::step::solver_body::Line;
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     pub(super) plan: Plan,
-    pub(crate) line_of: Vec<u32>,
-    pub(crate) lines: Vec<Line>,
-    pub(crate) whitening: Vec<Whitening>,
-    pub(crate) aux: Vec<Aux>,
+    pub(crate) solved: Solved,
     pub(super) acceleration: Vec<Vec3>,
-    pub(crate) squeezes: Vec<Squeeze>,
     /// Of bodies whose step is taken in rounds, and of those that turn far.
     pub(super) states: Vec<BodyState>,
     /// Of each group.
@@ -57,8 +52,6 @@ pub(crate) struct Scratch {
     pub(super) tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
     pub(super) impacts: Vec<Impacts>,
-    /// Whether nothing pushed a line in this step, where that is known; or empty: see [`Self::flew`].
-    pub(super) free: Vec<Option<bool>>,
     /// A bit for each lane of a block whose touch is new.
     pub(super) begun: Vec<u8>,
     /// How far groups are that keep pace with particles.
@@ -89,6 +82,34 @@ const CALM_STEPS: u32 = 20;
 const KEPT_ROOM: usize = 512;
 
 impl Scratch {
+    /// Forgets which contacts began, and which were watched, in the last step. Blocks that no group takes, those of bodies that were put
+    /// aside, would keep it.
+    pub(super) fn begin_step(&mut self) {
+        self.begun.clear();
+        self.watches.clear();
+    }
+
+    /// A classic method takes over: the plan of blocks names solver bodies that are not those of this step.
+    pub(super) fn leave_wide(&mut self) {
+        self.plan = Plan::default();
+        self.sweeps = 0;
+    }
+
+    /// A default method takes over. In blocks solver body 0 stands for none, and those of a classic method are of another kind.
+    pub(super) fn leave_classic(&mut self) {
+        let Solved { line_of, lines, whitening, aux, squeezes, .. } = &mut self.solved;
+        if self.classic.leave(line_of) {
+            (*lines, *whitening, *aux) = Default::default();
+            *squeezes = Vec::new();
+            self.acceleration = Vec::new();
+        }
+    }
+
+    /// Sweeps over the contacts in the last step.
+    pub(crate) const fn sweeps(&self) -> u32 {
+        self.sweeps + self.classic.sweeps
+    }
+
     /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
     pub(crate) fn make_extras(&mut self, has_extras: bool) {
         let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
@@ -96,8 +117,8 @@ impl Scratch {
         if Self::is_over(&mut self.plain, has_extras, KEPT_STEPS) {
             self.extras = Vec::new();
         }
-        self.free.clear();
-        self.free.resize(if has_extras { lines } else { 0 }, None);
+        self.solved.free.clear();
+        self.solved.free.resize(if has_extras { lines } else { 0 }, None);
     }
 
     /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
@@ -123,18 +144,6 @@ impl Scratch {
         self.plan.forget();
         self.sweeps = from.sweeps;
         self.classic.start_from(&from.classic);
-    }
-
-    /// True if nothing pushed the body of this line though something was near that it can bounce off: it
-    /// flew, and must keep its energy.
-    pub(crate) fn flew(&self, line: usize) -> bool {
-        matches!(self.free.get(line), Some(Some(true)))
-    }
-
-    /// How fast overlaps that are parted move the body of a row [m/s].
-    pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
-        let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
-        self.aux.get(line).map_or(0.0, Aux::parting)
     }
 
     /// Relative residual of the contacts in the last step, of the analytic method, and whether they were

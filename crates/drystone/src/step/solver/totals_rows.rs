@@ -263,7 +263,7 @@ impl Askers<'_> {
     }
 
     /// Whether a contact's are asked for.
-    pub(super) fn ask_for(&self, contact: &Contact) -> bool {
+    pub(crate) fn ask_for(&self, contact: &Contact) -> bool {
         let breaks = |row: u32| self.bodies.at(row).breaks;
         let reports = |row: u32| self.shapes.at(row).reports.forces;
         self.breakage && (breaks(contact.body_a) || breaks(contact.body_b))

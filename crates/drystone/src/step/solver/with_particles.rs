@@ -5,11 +5,11 @@
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::body::integrate;
+use super::body::solved::Solved;
 use super::body::state::BodyState;
 use super::lent::Solver;
 use super::pass::Stroke;
 use super::plan::Plan;
-use super::scratch::Scratch;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, for_ranges};
 use crate::base::math::Vec3;
@@ -105,7 +105,7 @@ impl Solver<'_> {
 pub(super) fn follow(
     ctx: &StepContext,
     bodies: &Bodies,
-    s: &mut Scratch,
+    solved: &mut Solved,
     tied: &mut Tied<'_>,
     jobs: &Jobs<'_>,
 ) {
@@ -114,22 +114,23 @@ pub(super) fn follow(
         return;
     }
     for row in &tied.scratch.dragged {
-        let (line, body) = (s.line_of[*row as usize] as usize, bodies.at(*row));
-        let was = s.lines[line];
+        let (line, body) = (solved.line_of[*row as usize] as usize, bodies.at(*row));
+        let was = solved.lines[line];
         let start = BodyState::of(body);
         let velocity = BodyState { v: three(was.v), w: three(was.w), ..start };
         let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity, Vec3::ZERO);
         let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
         let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
         (to.x, to.t) = (way.v, way.w);
-        (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, Some(false));
+        (solved.lines[line], solved.whitening[line], solved.free[line]) =
+            (to, whitening, Some(false));
     }
     // SAFETY: particles are solved by colors, whose rows share no body that can be pushed.
     let apart = unsafe { Apart::promise() };
     let to = BodyLines {
-        line_of: &s.line_of,
-        lines: Rows::new(&mut s.lines, apart),
-        whitening: Rows::new(&mut s.whitening, apart),
+        line_of: &solved.line_of,
+        lines: Rows::new(&mut solved.lines, apart),
+        whitening: Rows::new(&mut solved.whitening, apart),
     };
     tied.follow(bodies, &to, jobs);
 }

@@ -24,7 +24,8 @@ use crate::step::context::StepContext;
 use crate::step::hooks::Hooks;
 use crate::step::narrowphase::overlap;
 use crate::step::notes::Flight;
-use crate::step::{one_way, sensor};
+use crate::step::one_way;
+use crate::step::touches::events_between;
 
 /// Who is stopped may meet another there, or be met: so many times that is asked.
 const ROUNDS: usize = 8;
@@ -121,7 +122,7 @@ pub(super) fn stop(
         crossings
             .iter()
             .flatten()
-            .flat_map(|(a, b)| sensor::events_between([*a, *b], shapes, steps.ways.bodies)),
+            .flat_map(|(a, b)| events_between([*a, *b], shapes, steps.ways.bodies)),
     );
 }
 

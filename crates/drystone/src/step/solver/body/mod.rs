@@ -6,4 +6,5 @@ pub(crate) mod island_motion;
 pub(crate) mod prepare;
 pub(crate) mod row;
 pub(crate) mod squeeze;
+pub(crate) mod solved;
 pub(crate) mod state;

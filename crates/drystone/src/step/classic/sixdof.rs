@@ -13,21 +13,21 @@ const BAUMGARTE: f32 = 0.2;
 
 /// The axes of a joint at the step's start.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Axes {
+pub(crate) struct Axes {
     along: [Vec3; 3],
     about: [Vec3; 3],
     /// Full turns counted.
-    pub(super) angles: [f32; 3],
+    pub(crate) angles: [f32; 3],
     axes: [JointAxis; 6],
     /// Impulse of each axis in this substep: drive, friction, limit.
     given: [[f32; 3]; 6],
     /// On B at its anchor, in this substep.
-    pub(super) force: Vec3,
-    pub(super) torque: Vec3,
+    pub(crate) force: Vec3,
+    pub(crate) torque: Vec3,
 }
 
 impl Axes {
-    pub(super) fn new(six: &Six, a: &Body, b: &Body) -> Self {
+    pub(crate) fn new(six: &Six, a: &Body, b: &Body) -> Self {
         let axes = (a.rotation * six.def.frame_a).to_mat3();
         let turns = six.turns(a.rotation, b.rotation);
         Self {
@@ -42,13 +42,13 @@ impl Axes {
     }
 
     /// Before a substep.
-    pub(super) fn begin(&mut self) {
+    pub(crate) fn begin(&mut self) {
         self.given = [[0.0; 3]; 6];
         (self.force, self.torque) = (Vec3::ZERO, Vec3::ZERO);
     }
 
     /// One visit: anchors and gap as they are now.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         [row_a, row_b]: [u32; 2],
         [r_a, r_b, gap]: [Vec3; 3],

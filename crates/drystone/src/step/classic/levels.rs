@@ -9,7 +9,7 @@ use super::rows::{Mover, Pair};
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Graph {
+pub(crate) struct Graph {
     /// (upper, lower), sorted.
     edges: Vec<(u32, u32)>,
     /// First edge of each body.
@@ -29,7 +29,7 @@ const NEW: u32 = u32::MAX;
 impl Graph {
     /// Gives movers and pairs their levels. Forces were just added, and velocities before them are the old
     /// ones.
-    pub(super) fn rate(&mut self, movers: &mut [Mover], pairs: &mut [Pair]) {
+    pub(crate) fn rate(&mut self, movers: &mut [Mover], pairs: &mut [Pair]) {
         self.find_edges(movers, pairs);
         self.number_components(movers);
         for pair in pairs {
@@ -157,7 +157,7 @@ fn number(n: usize) -> u32 {
 mod tests {
     use super::Graph;
     use crate::base::math::{Vec3, vec3};
-    use crate::step::solver::classic::rows::{Mover, Pair, PairPoint};
+    use crate::step::classic::rows::{Mover, Pair, PairPoint};
 
     /// Bodies that fall from rest by 0.1 m/s, after the fixed one.
     fn bodies(n: usize) -> Vec<Mover> {

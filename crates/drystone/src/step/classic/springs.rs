@@ -11,15 +11,15 @@ use crate::base::math::Vec3;
 
 /// The springs of all contacts.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Springs {
-    pub(super) h: f32,
+pub(crate) struct Springs {
+    pub(crate) h: f32,
     /// Angular frequency [rad/s].
-    pub(super) omega: f32,
-    pub(super) damping_ratio: f32,
+    pub(crate) omega: f32,
+    pub(crate) damping_ratio: f32,
 }
 
 /// Adds the forces of a substep. All are found before any acts: they have no order.
-pub(super) fn push_apart(
+pub(crate) fn push_apart(
     springs: &Springs,
     turns: &Turns,
     movers: &mut [Mover],

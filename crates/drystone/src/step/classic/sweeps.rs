@@ -22,7 +22,7 @@ const PUSH_ROUNDS: u32 = 5;
 /// What approaches and would overlap at the end of a substep of `h` bounces, point after point, until nothing
 /// does or `most` sweeps are made. `before_forces`: where bodies would be is reckoned with the velocity that
 /// forces add, what bounces is the velocity of now. Returns the number of sweeps.
-pub(super) fn bounce(
+pub(crate) fn bounce(
     turns: &Turns,
     most: u32,
     h: f32,
@@ -71,7 +71,7 @@ fn strike(pair: &mut Pair, i: usize, u: Vec3, restitution: f32, movers: &mut [Mo
 
 /// Contacts: what would overlap at the end of the substep is stopped, in `sweeps` sweeps from the ground up,
 /// with restitutions of -1 + k/sweeps. Returns the number of sweeps.
-pub(super) fn stop(
+pub(crate) fn stop(
     turns: &Turns,
     sweeps: u32,
     h: f32,
@@ -95,7 +95,7 @@ pub(super) fn stop(
 }
 
 /// Shock propagation: one more sweep from the ground up; what a level's bodies rest on cannot be pushed.
-pub(super) fn shock(turns: &Turns, h: f32, movers: &mut [Mover], pairs: &mut [Pair]) -> u32 {
+pub(crate) fn shock(turns: &Turns, h: f32, movers: &mut [Mover], pairs: &mut [Pair]) -> u32 {
     for level in turns.levels() {
         for _ in 0..LEVEL_ROUNDS {
             for row in level {
@@ -172,7 +172,7 @@ fn stop_pair(pair: &mut Pair, rounds: u32, restitution: f32, h: f32, movers: &mu
 
 /// Moves what overlaps apart, from the ground up, what lies below held, in two gradual rounds; velocities
 /// stay as they are.
-pub(super) fn push_out(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
+pub(crate) fn push_out(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
     for part in [0.5, 1.0] {
         for level in turns.levels() {
             for row in level {

@@ -9,34 +9,34 @@ use crate::base::sym3::Sym3;
 
 /// A body, or all that never moves: row 0.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Mover {
-    pub(super) v: Vec3,
-    pub(super) w: Vec3,
+pub(crate) struct Mover {
+    pub(crate) v: Vec3,
+    pub(crate) w: Vec3,
     /// Motion since the step's start: of the center [m], and as a rotation vector [rad].
-    pub(super) x: Vec3,
-    pub(super) t: Vec3,
+    pub(crate) x: Vec3,
+    pub(crate) t: Vec3,
     /// Of each world axis; 0 where it is locked, and of what cannot be pushed.
-    pub(super) inv_mass: Vec3,
-    pub(super) inv_inertia: Sym3,
+    pub(crate) inv_mass: Vec3,
+    pub(crate) inv_inertia: Sym3,
     /// Change of velocity by forces and free rotation in a substep, and what damping leaves of it.
-    pub(super) add_v: Vec3,
-    pub(super) add_w: Vec3,
-    pub(super) decay_v: f32,
-    pub(super) decay_w: f32,
+    pub(crate) add_v: Vec3,
+    pub(crate) add_w: Vec3,
+    pub(crate) decay_v: f32,
+    pub(crate) decay_w: f32,
     /// Velocity before the last forces.
-    pub(super) old_v: Vec3,
-    pub(super) old_w: Vec3,
+    pub(crate) old_v: Vec3,
+    pub(crate) old_w: Vec3,
     /// Level in the contact graph; 0: cannot be pushed.
-    pub(super) level: u32,
+    pub(crate) level: u32,
     /// Shock propagation has passed it.
-    pub(super) frozen: bool,
+    pub(crate) frozen: bool,
     /// Some row pushed it in this step.
-    pub(super) pushed: bool,
+    pub(crate) pushed: bool,
 }
 
 impl Mover {
     /// True if nothing pushes it, ever.
-    pub(super) fn is_fixed(&self) -> bool {
+    pub(crate) fn is_fixed(&self) -> bool {
         self.inv_mass == Vec3::ZERO && self.inv_inertia == Sym3::ZERO
     }
 
@@ -45,7 +45,7 @@ impl Mover {
     }
 
     /// Its part of the collision matrix.
-    pub(super) fn mobility(&self, r: Vec3) -> Sym3 {
+    pub(crate) fn mobility(&self, r: Vec3) -> Sym3 {
         if self.frozen || self.is_fixed() {
             return Sym3::ZERO;
         }
@@ -53,18 +53,18 @@ impl Mover {
     }
 
     /// Change of its angular velocity by an angular impulse.
-    pub(super) fn turns_by(&self, j: Vec3) -> Vec3 {
+    pub(crate) fn turns_by(&self, j: Vec3) -> Vec3 {
         if self.frozen { Vec3::ZERO } else { self.inv_inertia.mul(j) }
     }
 
-    pub(super) fn take_turn(&mut self, j: Vec3) {
+    pub(crate) fn take_turn(&mut self, j: Vec3) {
         if !self.frozen {
             self.w += self.inv_inertia.mul(j);
             self.pushed = true;
         }
     }
 
-    pub(super) fn take(&mut self, r: Vec3, j: Vec3) {
+    pub(crate) fn take(&mut self, r: Vec3, j: Vec3) {
         if !self.frozen {
             self.v += push(self.inv_mass, j);
             self.w += self.inv_inertia.mul(r.cross(j));
@@ -84,79 +84,79 @@ impl Mover {
 
 /// A point of a pair.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PairPoint {
-    pub(super) r_a: Vec3,
-    pub(super) r_b: Vec3,
+pub(crate) struct PairPoint {
+    pub(crate) r_a: Vec3,
+    pub(crate) r_b: Vec3,
     /// Separation at the step's start [m].
-    pub(super) s0: f32,
+    pub(crate) s0: f32,
     /// Impulse of the substep along the normal, and along the surface [N s].
-    pub(super) press: f32,
-    pub(super) rub: Vec3,
+    pub(crate) press: f32,
+    pub(crate) rub: Vec3,
     /// Approach that a bounce answers: velocity along the normal at the substep's start, if it bounces.
-    pub(super) arrival: f32,
+    pub(crate) arrival: f32,
 }
 
 /// Two bodies in contact.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Row of the contact.
-    pub(super) contact: u32,
-    pub(super) a: u32,
-    pub(super) b: u32,
-    pub(super) normal: Vec3,
+    pub(crate) contact: u32,
+    pub(crate) a: u32,
+    pub(crate) b: u32,
+    pub(crate) normal: Vec3,
     /// Static and kinetic.
-    pub(super) friction: [f32; 2],
-    pub(super) restitution: f32,
+    pub(crate) friction: [f32; 2],
+    pub(crate) restitution: f32,
     /// Resistance to rolling and spinning, times radius [m].
-    pub(super) rolling: f32,
-    pub(super) spinning: f32,
+    pub(crate) rolling: f32,
+    pub(crate) spinning: f32,
     /// How the surfaces move over the bodies: of B less that of A [m/s].
-    pub(super) belt: Vec3,
-    pub(super) count: u8,
-    pub(super) points: [PairPoint; 4],
+    pub(crate) belt: Vec3,
+    pub(crate) count: u8,
+    pub(crate) points: [PairPoint; 4],
     /// Level of the higher one.
-    pub(super) level: u32,
+    pub(crate) level: u32,
     /// Some point of it pushed in this step.
-    pub(super) pressed: bool,
+    pub(crate) pressed: bool,
 }
 
 impl Pair {
-    pub(super) fn points(&self) -> &[PairPoint] {
+    pub(crate) fn points(&self) -> &[PairPoint] {
         &self.points[..usize::from(self.count.min(4))]
     }
 
     /// Velocity of B's point less that of A's [m/s].
-    pub(super) fn slip(&self, p: &PairPoint, movers: &[Mover]) -> Vec3 {
+    pub(crate) fn slip(&self, p: &PairPoint, movers: &[Mover]) -> Vec3 {
         let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
         b.velocity_at(p.r_b) - a.velocity_at(p.r_a) + self.belt
     }
 
     /// Separation now [m]; normal and arms are those of the step's start.
-    pub(super) fn separation(&self, p: &PairPoint, movers: &[Mover]) -> f32 {
+    pub(crate) fn separation(&self, p: &PairPoint, movers: &[Mover]) -> f32 {
         let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
         let moved = b.x + b.t.cross(p.r_b) - a.x - a.t.cross(p.r_a);
         p.s0 + self.normal.dot(moved)
     }
 
-    pub(super) fn matrix(&self, p: &PairPoint, movers: &[Mover]) -> Sym3 {
+    pub(crate) fn matrix(&self, p: &PairPoint, movers: &[Mover]) -> Sym3 {
         let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
         a.mobility(p.r_a).plus(b.mobility(p.r_b))
     }
 
     /// Applies an impulse at a point.
-    pub(super) fn push(&self, p: &PairPoint, j: Vec3, movers: &mut [Mover]) {
+    pub(crate) fn push(&self, p: &PairPoint, j: Vec3, movers: &mut [Mover]) {
         movers[self.a as usize].take(p.r_a, -j);
         movers[self.b as usize].take(p.r_b, j);
     }
 
     /// Applies an impulse at a point to positions.
-    pub(super) fn shift(&self, p: &PairPoint, j: Vec3, movers: &mut [Mover]) {
+    pub(crate) fn shift(&self, p: &PairPoint, j: Vec3, movers: &mut [Mover]) {
         movers[self.a as usize].shift(p.r_a, -j);
         movers[self.b as usize].shift(p.r_b, j);
     }
 
     /// Applies what resists rolling and spinning, of a contact pressed by `press` [N s].
-    pub(super) fn resist_rolling(&self, press: f32, movers: &mut [Mover]) {
+    pub(crate) fn resist_rolling(&self, press: f32, movers: &mut [Mover]) {
         if !(self.rolling > 0.0 || self.spinning > 0.0) || press <= 0.0 {
             return;
         }

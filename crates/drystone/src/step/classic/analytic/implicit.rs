@@ -12,7 +12,9 @@ use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, alo
 
 /// Rounds of impulses, steps of Newton's method in one, halvings of such a step.
 const ROUNDS: u32 = 12;
+
 const NEWTON: u32 = 40;
+
 const HALVINGS: u32 = 12;
 
 /// Unknowns beyond which it is not tried: a factorization of a tenth of a second.
@@ -20,7 +22,7 @@ const MOST_UNKNOWNS: usize = 600;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Whole {
+pub(crate) struct Whole {
     /// Row after row.
     matrix: Vec<f64>,
     /// What impulses would do, less what was done; the step that Newton's method takes from there.
@@ -31,7 +33,7 @@ pub(super) struct Whole {
 
 impl Analytic {
     /// Newton's method for velocities and slips together, from where it stands.
-    pub(super) fn take_implicit(&mut self, scale: f64) -> Outcome {
+    pub(crate) fn take_implicit(&mut self, scale: f64) -> Outcome {
         let mut outcome = Outcome { residual: self.residual() / scale, ..Outcome::default() };
         if SIX * self.y.len() > MOST_UNKNOWNS {
             return outcome;

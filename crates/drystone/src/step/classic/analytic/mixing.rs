@@ -6,7 +6,7 @@ const DEPTH: usize = 6;
 
 /// What it remembers.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Mixing {
+pub(crate) struct Mixing {
     /// The last place and how g would have changed it.
     place: Vec<f64>,
     change: Vec<f64>,
@@ -16,14 +16,14 @@ pub(super) struct Mixing {
 }
 
 impl Mixing {
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.place.clear();
         self.places.clear();
         self.changes.clear();
     }
 
     /// The next place, into `place`, which g would change by `change`.
-    pub(super) fn advance(&mut self, place: &mut [f64], change: &[f64]) {
+    pub(crate) fn advance(&mut self, place: &mut [f64], change: &[f64]) {
         if self.place.len() == place.len() {
             if self.places.len() == DEPTH {
                 self.places.remove(0);

@@ -4,14 +4,14 @@
 use crate::base::double::lesser;
 
 /// Rows of a body.
-pub(super) const SIX: usize = 6;
+pub(crate) const SIX: usize = 6;
 
 /// Multiplications of a factorization beyond which it is not made: a fifth of a second.
 const MOST_WORK: f64 = 2.0e8;
 
 /// The matrix and its memory.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Skyline {
+pub(crate) struct Skyline {
     /// Place of each body in the order of rows.
     place: Vec<u32>,
     /// First column of each row, and where that lies in `values`.
@@ -30,7 +30,7 @@ pub(super) struct Skyline {
 
 impl Skyline {
     /// Takes the couplings between `n` bodies. False if it would be too much work to factorize.
-    pub(super) fn shape(&mut self, n: usize, couplings: impl Iterator<Item = (u32, u32)>) -> bool {
+    pub(crate) fn shape(&mut self, n: usize, couplings: impl Iterator<Item = (u32, u32)>) -> bool {
         self.edges.clear();
         for (a, b) in couplings {
             self.edges.push((a, b));
@@ -75,7 +75,7 @@ impl Skyline {
     }
 
     /// Multiplications of a factorization.
-    pub(super) const fn work(&self) -> f64 {
+    pub(crate) const fn work(&self) -> f64 {
         self.work
     }
 
@@ -117,7 +117,7 @@ impl Skyline {
     }
 
     /// Makes it the identity.
-    pub(super) fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.values.fill(0.0);
         for (row, start) in self.start.iter().enumerate() {
             self.values[start + row - self.first[row]] = 1.0;
@@ -126,7 +126,7 @@ impl Skyline {
 
     /// Adds `weight` times the outer product of a row that is `g` on each of these bodies; what has no number
     /// takes no part.
-    pub(super) fn add(&mut self, weight: f64, bodies: [u32; 2], g: &[[f64; SIX]; 2]) {
+    pub(crate) fn add(&mut self, weight: f64, bodies: [u32; 2], g: &[[f64; SIX]; 2]) {
         for (i, of) in bodies.iter().enumerate() {
             for (j, by) in bodies.iter().enumerate() {
                 let (Some(of), Some(by)) =
@@ -151,7 +151,7 @@ impl Skyline {
 
     /// Factorizes and solves: `x`, six numbers a body, is the right side and becomes the solution. False if a
     /// pivot is not positive.
-    pub(super) fn solve(&mut self, x: &mut [[f64; SIX]], flat: &mut Vec<f64>) -> bool {
+    pub(crate) fn solve(&mut self, x: &mut [[f64; SIX]], flat: &mut Vec<f64>) -> bool {
         let n = self.first.len();
         for i in 0..n {
             let (above, row) = self.values.split_at_mut(self.start[i]);

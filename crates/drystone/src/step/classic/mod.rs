@@ -25,13 +25,17 @@ use self::rows::{Mover, Pair, PairPoint};
 use self::sixdof::Axes;
 use self::springs::Springs;
 use self::turns::Turns;
-use super::body::integrate;
-use super::body::row::Aux;
-use super::body::squeeze::Squeeze;
-use super::body::state::BodyState;
-use super::contact::store::approach;
-use super::input::Input;
-use super::totals_rows::{Askers, Given, POINTS};
+use super::context::StepContext;
+use super::softness::{Softness, decay, exact_decay};
+use super::solver::body::integrate;
+use super::solver::body::row::Aux;
+use super::solver::body::solved::Solved;
+use super::solver::body::squeeze::Squeeze;
+use super::solver::body::state::BodyState;
+use super::solver::contact::store::approach;
+use super::solver::input::Input;
+use super::solver::totals_rows::{Askers, Given, POINTS};
+use super::solver_body::{Line, Whitening};
 use crate::base::double::greater;
 use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
@@ -42,16 +46,13 @@ use crate::state::joints::{Joints, Link as JointLink};
 use crate::state::method::{Method, Pass, Settings};
 use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
 use crate::state::shapes::Shapes;
-use crate::step::context::StepContext;
-use crate::step::softness::{Softness, decay, exact_decay};
-use crate::step::solver_body::{Line, Whitening};
 
 /// Rounds of joints and contacts of the analytic method.
 const JOINT_ROUNDS: u32 = 20;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
+pub(crate) struct Scratch {
     movers: Vec<Mover>,
     /// Body row of each mover; the first is none.
     bodies: Vec<u32>,
@@ -64,29 +65,32 @@ pub(super) struct Scratch {
     change: Vec<(Vec3, Vec3)>,
     analytic: Analytic,
     /// Greatest relative residual of the last step's substeps, of the analytic method; else 0.
-    pub(super) residual: f64,
-    pub(super) too_large: bool,
+    pub(crate) residual: f64,
+    pub(crate) too_large: bool,
     /// Contact rows that were pressed together for the first time.
-    pub(super) begun: Vec<u32>,
+    pub(crate) begun: Vec<u32>,
     /// What contacts gave that landed or are asked for.
-    pub(super) given: Vec<Given>,
+    pub(crate) given: Vec<Given>,
+    /// Sweeps over the contacts in the last step.
+    pub(crate) sweeps: u32,
     /// The last step was made by a classic method.
     was_here: bool,
 }
 
 impl Scratch {
     /// Tells of the last step what `from` tells.
-    pub(super) fn start_from(&mut self, from: &Self) {
+    pub(crate) fn start_from(&mut self, from: &Self) {
         (self.residual, self.too_large) = (from.residual, from.too_large);
+        self.sweeps = from.sweeps;
         // What it left behind in the lines is to be cleared, whoever had them.
         self.was_here |= from.was_here;
     }
 
     /// Another method makes this step; true if the last one was a classic one.
-    pub(super) fn leave(&mut self, line_of: &mut [u32]) -> bool {
+    pub(crate) fn leave(&mut self, line_of: &mut [u32]) -> bool {
         let was_here = core::mem::take(&mut self.was_here);
         if was_here {
-            (self.residual, self.too_large) = (0.0, false);
+            (self.residual, self.too_large, self.sweeps) = (0.0, false, 0);
             line_of.fill(0);
             self.begun.clear();
             self.given.clear();
@@ -96,27 +100,26 @@ impl Scratch {
 }
 
 /// The step of a classic method.
-pub(super) fn solve(
+pub(crate) fn solve(
     ctx: &StepContext,
     method: &Method,
     input: Input<'_>,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &Colors,
-    s: &mut super::scratch::Scratch,
+    scratch: &mut Scratch,
+    solved: &mut Solved,
 ) {
     let settings = method.settle().expect("options are checked when they are given");
-    // The plan of blocks names lines that are not those of now.
-    s.plan = super::plan::Plan::default();
-    s.begun.clear();
-    let mut c = core::mem::take(&mut s.classic);
+    let c = scratch;
     c.was_here = true;
-    s.line_of.clear();
-    s.line_of.resize(input.bodies.rows.slot_count(), 0);
-    c.gather_bodies(ctx, &settings, input, &mut s.line_of);
-    c.gather_pairs(ctx, input, contacts, colors, &s.line_of);
-    c.gather_links(ctx, input, joints, colors, &s.line_of);
-    (s.sweeps, c.residual, c.too_large) = (0, 0.0, false);
+    let line_of = &mut solved.line_of;
+    line_of.clear();
+    line_of.resize(input.bodies.rows.slot_count(), 0);
+    c.gather_bodies(ctx, &settings, input, line_of);
+    c.gather_pairs(ctx, input, contacts, colors, line_of);
+    c.gather_links(ctx, input, joints, colors, line_of);
+    (c.sweeps, c.residual, c.too_large) = (0, 0.0, false);
     let converging = method.substep().iter().filter(|p| matches!(p, Pass::Converge)).count();
     #[expect(clippy::cast_possible_truncation, reason = "a method has a few passes")]
     let converging = converging as u32;
@@ -124,13 +127,12 @@ pub(super) fn solve(
     for substep in 0..ctx.substeps {
         c.begin(ctx, &settings, substep);
         for pass in method.substep() {
-            s.sweeps += c.run(*pass, ctx, &settings);
+            c.sweeps += c.run(*pass, ctx, &settings);
         }
     }
     let Input { bodies, shapes, breakage, .. } = input;
     c.store(ctx, Askers { bodies, shapes, breakage }, contacts, joints);
-    c.write_lines(&settings, s);
-    s.classic = c;
+    c.write_lines(&settings, solved);
 }
 
 impl Scratch {
@@ -439,7 +441,7 @@ impl Scratch {
     }
 
     /// Motion as lines of mass and inertia one.
-    fn write_lines(&self, settings: &Settings, s: &mut super::scratch::Scratch) {
+    fn write_lines(&self, settings: &Settings, s: &mut Solved) {
         let one = Whitening::new(1.0, &Sym3::diagonal(Vec3::ONE));
         let four = |v: Vec3| [v.x, v.y, v.z, 0.0];
         s.lines.clear();

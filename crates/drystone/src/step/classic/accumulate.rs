@@ -9,13 +9,13 @@ use crate::step::softness::Softness;
 
 /// What a sweep asks of the rows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Law {
-    pub(super) h: f32,
-    pub(super) softness: Softness,
+pub(crate) struct Law {
+    pub(crate) h: f32,
+    pub(crate) softness: Softness,
     /// Overlap that is left alone [m].
-    pub(super) slop: f32,
+    pub(crate) slop: f32,
     /// Whether what arrives bounces.
-    pub(super) bounces: bool,
+    pub(crate) bounces: bool,
 }
 
 /// Part of an overlap that is removed in a substep, and overlap that is left [m]. With a slop of half a
@@ -32,31 +32,31 @@ const POINT_ROUNDS: u32 = 4;
 
 impl Law {
     /// Rigid rows with a velocity bias.
-    pub(super) fn biased(h: f32, length: f32) -> Self {
+    pub(crate) fn biased(h: f32, length: f32) -> Self {
         let softness = Softness { rate: BAUMGARTE / h, mass: 1.0, impulse: 0.0 };
         Self { h, softness, slop: SLOP * length, bounces: true }
     }
 
     /// Rigid rows that leave overlaps as they are.
-    pub(super) const fn rigid(h: f32) -> Self {
+    pub(crate) const fn rigid(h: f32) -> Self {
         Self { h, softness: Softness::RIGID, slop: 0.0, bounces: true }
     }
 
     /// Springs.
-    pub(super) const fn spring(h: f32, softness: Softness) -> Self {
+    pub(crate) const fn spring(h: f32, softness: Softness) -> Self {
         Self { h, softness, slop: 0.0, bounces: true }
     }
 
     /// Projection of the positions at the end of the substep: the whole overlap is removed in it. As velocity is
     /// the way of a substep over `h`, that is a bias of 1/h which stays [Jakobsen01].
-    pub(super) fn projection(h: f32) -> Self {
+    pub(crate) fn projection(h: f32) -> Self {
         let softness = Softness { rate: 1.0 / h, mass: 1.0, impulse: 0.0 };
         Self { h, softness, slop: 0.0, bounces: false }
     }
 }
 
 /// The impulses of the last step, which the pairs were filled with.
-pub(super) fn warm_start(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
+pub(crate) fn warm_start(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
     for row in &turns.pairs {
         let pair = &pairs[*row as usize];
         for p in pair.points() {
@@ -66,7 +66,7 @@ pub(super) fn warm_start(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
 }
 
 /// Sweeps over all rows. Returns their number.
-pub(super) fn accumulate(
+pub(crate) fn accumulate(
     turns: &Turns,
     sweeps: u32,
     law: &Law,
@@ -126,7 +126,7 @@ fn press(pair: &Pair, p: &mut PairPoint, law: &Law, movers: &mut [Mover]) {
 }
 
 /// Friction along the surface: the sum is clamped to the disc.
-pub(super) fn rub(pair: &Pair, p: &mut PairPoint, movers: &mut [Mover]) {
+pub(crate) fn rub(pair: &Pair, p: &mut PairPoint, movers: &mut [Mover]) {
     let n = pair.normal;
     let k = pair.matrix(p, movers);
     let (t1, t2) = {

@@ -30,7 +30,7 @@ use crate::base::sym3::Sym3;
 
 /// Residual at which it ends: the greatest change of velocity that a point alone would still make, as a part
 /// of the greatest speed of a contact point before, or of what forces add in a substep.
-pub(super) const TOLERANCE: f64 = 1.0e-6;
+pub(crate) const TOLERANCE: f64 = 1.0e-6;
 
 /// Rounds after which it gives up; steps of Newton's method in one; halvings of such a step.
 const ROUNDS: u32 = 40;
@@ -54,17 +54,17 @@ const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
 
-pub(super) const SLOP: f64 = 5.0e-3;
+pub(crate) const SLOP: f64 = 5.0e-3;
 
 /// How it ended.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Outcome {
+pub(crate) struct Outcome {
     /// Direct solves, or sweeps.
-    pub(super) sweeps: u32,
+    pub(crate) sweeps: u32,
     /// Relative residual.
-    pub(super) residual: f64,
+    pub(crate) residual: f64,
     /// There were sweeps only: a direct solve would have been too much work.
-    pub(super) too_large: bool,
+    pub(crate) too_large: bool,
 }
 
 /// A direction of a point in whitened velocities, y with v = v₁ + W y and W Wᵀ = M⁻¹: its row is also its
@@ -99,7 +99,7 @@ struct Point {
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Analytic {
+pub(crate) struct Analytic {
     points: Vec<Point>,
     /// Roots of inverse masses and inertias: v = roots.0 y, w = roots.1 y.
     roots: Vec<(DVec3, [DVec3; 3])>,
@@ -120,12 +120,12 @@ pub(super) struct Analytic {
 
 impl Analytic {
     /// A step begins in which it is asked so often.
-    pub(super) const fn begin_step(&mut self, solves: u32) {
+    pub(crate) const fn begin_step(&mut self, solves: u32) {
         self.budget = Budget::of_step(solves);
     }
 
     /// Solves for the velocities at the end of a substep of `h`. `slop`: overlaps are removed by velocity, down to this [m]; ∞: none.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         turns: &Turns,
         h: f32,

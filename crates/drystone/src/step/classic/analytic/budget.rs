@@ -8,14 +8,16 @@ use crate::base::double::lesser;
 const MOST_WORK: f64 = 4.0e9;
 
 /// Multiplications for a point in a step of Newton's method, in a look at the function on its line, and in a sweep.
-pub(super) const POINT_SOLVE: f64 = 400.0;
-pub(super) const POINT_LOOK: f64 = 60.0;
-pub(super) const POINT_SWEEP: f64 = 120.0;
+pub(crate) const POINT_SOLVE: f64 = 400.0;
+
+pub(crate) const POINT_LOOK: f64 = 60.0;
+
+pub(crate) const POINT_SWEEP: f64 = 120.0;
 
 /// What a step has done, in multiplications. A step has many solves: substeps, and in each of them as many as contacts and
 /// joints take turns. Each may take an even share of what those before it left.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Budget {
+pub(crate) struct Budget {
     /// Of the step: what is left, and how many solves are to come.
     left: f64,
     solves: u32,
@@ -27,12 +29,12 @@ pub(super) struct Budget {
 
 impl Budget {
     /// A step of so many solves begins.
-    pub(super) const fn of_step(solves: u32) -> Self {
+    pub(crate) const fn of_step(solves: u32) -> Self {
         Self { left: MOST_WORK, solves, most: 0.0, work: 0.0, points: 0.0 }
     }
 
     /// The next solve begins, of so many points.
-    pub(super) fn begin(&mut self, points: usize) {
+    pub(crate) fn begin(&mut self, points: usize) {
         self.left -= lesser(self.work, self.most);
         #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
         let points = points as f64;
@@ -41,7 +43,7 @@ impl Budget {
     }
 
     /// Counts multiplications for each point, and others; false when it is to give up.
-    pub(super) fn allows(&mut self, each: f64, more: f64) -> bool {
+    pub(crate) fn allows(&mut self, each: f64, more: f64) -> bool {
         self.work += each * self.points + more;
         self.work <= self.most
     }

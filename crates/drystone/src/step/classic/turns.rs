@@ -12,7 +12,7 @@ pub(crate) struct Turns {
 
 impl Turns {
     /// Finds the ends of levels anew.
-    pub(super) fn end_levels(&mut self, pairs: &[Pair]) {
+    pub(crate) fn end_levels(&mut self, pairs: &[Pair]) {
         let level = |i: usize| self.pairs.get(i).map(|p| pairs[*p as usize].level);
         self.ends.clear();
         self.ends
@@ -20,7 +20,7 @@ impl Turns {
     }
 
     /// An order that has nothing to do with where pairs are.
-    pub(super) fn shuffle(&mut self) {
+    pub(crate) fn shuffle(&mut self) {
         // An odd factor permutes the numbers of 32 bits; their upper halves look random.
         let key = |pair: &u32| {
             let x = pair.wrapping_add(1).wrapping_mul(0x85eb_ca6b);

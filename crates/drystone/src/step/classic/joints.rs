@@ -14,26 +14,26 @@ const BAUMGARTE: f32 = 0.2;
 
 /// A joint.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Link {
+pub(crate) struct Link {
     /// Row of the joint.
-    pub(super) row: u32,
-    pub(super) a: u32,
-    pub(super) b: u32,
-    pub(super) r_a: Vec3,
-    pub(super) r_b: Vec3,
+    pub(crate) row: u32,
+    pub(crate) a: u32,
+    pub(crate) b: u32,
+    pub(crate) r_a: Vec3,
+    pub(crate) r_b: Vec3,
     /// From A's anchor to B's at the step's start [m].
-    pub(super) gap: Vec3,
-    pub(super) kind: JointKind,
+    pub(crate) gap: Vec3,
+    pub(crate) kind: JointKind,
     /// Of a joint of six axes.
-    pub(super) axes: Option<Axes>,
-    pub(super) coupled: Option<Coupled>,
+    pub(crate) axes: Option<Axes>,
+    pub(crate) coupled: Option<Coupled>,
     /// As [`crate::state::joints::Joint::impulse`].
-    pub(super) impulse: Vec3,
+    pub(crate) impulse: Vec3,
 }
 
 impl Link {
     /// One visit.
-    pub(super) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
+    pub(crate) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
         if let Some(coupled) = &mut self.coupled {
             coupled.solve(h, caps, movers);
             self.impulse.x = coupled.impulse;
@@ -85,7 +85,7 @@ impl Link {
         (h, caps): (f32, &Caps),
         [min, max]: [f32; 2],
         length: f32,
-        spring: Option<crate::state::def::Spring>,
+        spring: Option<crate::state::joint_def::Spring>,
     ) -> f32 {
         let response = along.dot(k.mul(along));
         if !(response > 0.0) {
@@ -119,7 +119,7 @@ impl Link {
     }
 
     /// The impulses of the last step, if they are kept.
-    pub(super) fn warm_start(&self, movers: &mut [Mover]) {
+    pub(crate) fn warm_start(&self, movers: &mut [Mover]) {
         if !matches!(self.kind, JointKind::Ball | JointKind::Distance { .. }) {
             return;
         }
@@ -129,7 +129,7 @@ impl Link {
     }
 
     /// The impulse on B of a ball or a distance.
-    pub(super) fn linear(&self) -> Vec3 {
+    pub(crate) fn linear(&self) -> Vec3 {
         match self.kind {
             JointKind::Distance { .. } => {
                 let i = self.impulse;

@@ -16,19 +16,19 @@ const BAUMGARTE: f32 = 0.2;
 
 /// A coupling or pulley.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coupled {
+pub(crate) struct Coupled {
     source: Source,
     /// What is amiss at the step's start; of a rope, less its length [m or rad].
     c: f32,
     /// It pulls only.
     is_slack: bool,
     /// Of this substep; a rope's is at most 0.
-    pub(super) impulse: f32,
+    pub(crate) impulse: f32,
 }
 
 impl Coupled {
     /// `None` for other joints.
-    pub(super) fn new(
+    pub(crate) fn new(
         joint: &Joint,
         joints: &Joints,
         bodies: &Bodies,
@@ -42,7 +42,7 @@ impl Coupled {
     }
 
     /// One visit.
-    pub(super) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
+    pub(crate) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
         // Kinematic bodies have moved as their movers say: no time has passed besides.
         let now = self.source.now(self.c, |row| [movers[row].x, movers[row].t], 0.0);
         let (mut k, mut speed) = (0.0, 0.0);

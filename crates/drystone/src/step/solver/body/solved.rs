@@ -1,0 +1,32 @@
+//! Solver bodies at the end of a step: how bodies moved, for `finalize`.
+
+use super::row::Aux;
+use super::squeeze::Squeeze;
+use crate::step::solver_body::{Line, Whitening};
+
+/// Solver bodies of a step, from the default methods and the classic ones alike. The first one stands for all that cannot be pushed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Solved {
+    /// Solver body of each row of the table of bodies; 0: none.
+    pub(crate) line_of: Vec<u32>,
+    pub(crate) lines: Vec<Line>,
+    pub(crate) whitening: Vec<Whitening>,
+    pub(crate) aux: Vec<Aux>,
+    pub(crate) squeezes: Vec<Squeeze>,
+    /// Whether nothing pushed a line in this step, where that is known; or empty: see [`Self::flew`].
+    pub(crate) free: Vec<Option<bool>>,
+}
+
+impl Solved {
+    /// True if nothing pushed the body of this line though something was near that it can bounce off: it
+    /// flew, and must keep its energy.
+    pub(crate) fn flew(&self, line: usize) -> bool {
+        matches!(self.free.get(line), Some(Some(true)))
+    }
+
+    /// How fast overlaps that are parted move the body of a row [m/s].
+    pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
+        let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
+        self.aux.get(line).map_or(0.0, Aux::parting)
+    }
+}

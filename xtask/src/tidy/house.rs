@@ -1,0 +1,78 @@
+//! The engine's rooms: how long a file is, how many a folder has, and no circles of imports in the step.
+
+use std::collections::BTreeMap;
+
+use super::imports::{arrows, circles};
+use super::rust::Source;
+use super::{Tree, finding, is_test_file};
+
+const ENGINE: &str = "crates/drystone/src/";
+const STEP: &str = "crates/drystone/src/step/";
+/// Lines of a file without its tests.
+const MAX_LINES: usize = 500;
+/// Files of a folder.
+const MAX_FILES: usize = 20;
+/// Files of a circle.
+const MAX_CIRCLE: usize = 3;
+
+pub fn check(tree: &Tree) -> Vec<String> {
+    [files(tree), folders(tree), step(tree)].concat()
+}
+
+fn files(tree: &Tree) -> Vec<String> {
+    let mut findings = Vec::new();
+    for (path, text) in tree.with_extension("rs") {
+        if !path.starts_with(ENGINE) || is_test_file(path) || path.ends_with("_tests.rs") {
+            continue;
+        }
+        let tests: usize =
+            Source::new(text).unit_tests().into_iter().map(|r| text[r].lines().count()).sum();
+        let lines = text.lines().count().saturating_sub(tests);
+        if lines > MAX_LINES {
+            let what = format!("{lines} lines without tests; {MAX_LINES} are the engine's limit");
+            findings.push(finding(path, 1, &what));
+        }
+    }
+    findings
+}
+
+fn folders(tree: &Tree) -> Vec<String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for (path, _) in tree.with_extension("rs").filter(|(path, _)| path.starts_with(ENGINE)) {
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        *counts.entry(folder).or_default() += 1;
+    }
+    let many = counts.into_iter().filter(|(_, files)| *files > MAX_FILES);
+    many.map(|(folder, files)| {
+        finding(folder, 1, &format!("{files} files in a folder; {MAX_FILES} are the limit"))
+    })
+    .collect()
+}
+
+/// No circle in the step is large, and none reaches over its folders.
+fn step(tree: &Tree) -> Vec<String> {
+    let inside = |circle: &Vec<String>| circle.iter().any(|file| file.starts_with(STEP));
+    let circles = circles(&arrows(tree)).into_iter().filter(inside);
+    circles
+        .filter_map(|circle| {
+            let room = room_of(&circle[0]);
+            let names: Vec<&str> = circle.iter().map(|f| f.trim_start_matches(STEP)).collect();
+            let names = names.join(", ");
+            let what = if circle.len() > MAX_CIRCLE {
+                format!("{} files import each other in a circle: {names}", circle.len())
+            } else if circle.iter().any(|file| room_of(file) != room) {
+                format!("a circle of imports over folders: {names}")
+            } else {
+                return None;
+            };
+            Some(finding(&circle[0], 1, &what))
+        })
+        .collect()
+}
+
+/// A folder, together with the file of its name beside it.
+fn room_of(path: &str) -> String {
+    let inner = path.strip_prefix(STEP).unwrap_or(path);
+    let stem = inner.strip_suffix(".rs").unwrap_or(inner);
+    stem.split_once('/').map_or(stem, |(room, _)| room).to_owned()
+}
