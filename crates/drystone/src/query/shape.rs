@@ -86,8 +86,8 @@ impl<'w> ShapeRef<'w> {
         self.row.surface_velocity
     }
 
-    /// Angular velocity of the surface over the shape, about its origin [rad/s, frame of the
-    /// shape].
+    /// Angular velocity of the surface over the shape, about its origin
+    /// [rad/s, frame of the shape].
     #[must_use]
     pub const fn surface_spin(&self) -> Vec3 {
         self.row.surface_spin

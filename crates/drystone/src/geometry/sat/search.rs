@@ -66,8 +66,8 @@ pub(super) struct Axes {
     pub(super) edges: Option<EdgeAxis>,
 }
 
-/// The best faces of both hulls, and for each hull a point of the other near the contact [its
-/// frame].
+/// The best faces of both hulls, and for each hull a point of the other near the contact
+/// [its frame].
 struct Faces {
     of: [FaceAxis; 2],
     near: [Vec3; 2],

@@ -24,8 +24,8 @@ pub(crate) struct Reach {
     pub(crate) margin: f32,
     /// Maximum distance of a triangle after the motion `way`; triangles beyond it are left out [m].
     pub(crate) rest: f32,
-    /// Expected motion of the solid's center relative to the mesh in this step [m, frame of the
-    /// mesh].
+    /// Expected motion of the solid's center relative to the mesh in this step
+    /// [m, frame of the mesh].
     pub(crate) way: Vec3,
     /// Whether the solid turns little in the motion, so that its hits on edges can be predicted.
     pub(crate) is_straight: bool,
