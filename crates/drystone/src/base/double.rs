@@ -78,7 +78,7 @@ impl DQuat {
         Self { v: -self.v, w: self.w }.rotate(p)
     }
 
-    /// Scaled to length 1; for a quaternion that already has it up to rounding.
+    /// Scales to length 1; the quaternion already has it up to rounding.
     pub(crate) fn normalized(self) -> Self {
         let k = 1.0 / (self.v.dot(self.v) + self.w * self.w).sqrt();
         Self { v: self.v * k, w: self.w * k }

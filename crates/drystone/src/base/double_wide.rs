@@ -148,7 +148,7 @@ impl<S: Simd> DQuatw<S> {
         self.conjugate().rotate(simd, p)
     }
 
-    /// The opposite rotation.
+    /// The inverse rotation.
     #[inline(always)]
     pub(crate) fn conjugate(self) -> Self {
         Self { v: -self.v, w: self.w }

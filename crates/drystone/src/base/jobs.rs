@@ -15,11 +15,10 @@ use super::team::Team;
 ///
 /// The result of a step never depends on the executor: each chunk writes only its own data. A step
 /// does not rely on this contract either. It reads the number of workers once (and accepts 1 to
-/// 256), ignores a chunk that ran before or does not exist, assigns the workers' numbers itself,
-/// and has the caller run the remaining chunks when `run` returns. If `run` panics, the caller does
-/// the rest of the step, and the panic resumes afterwards. These checks take some 30 ns per chunk;
-/// a [`Team`](crate::threads::Team) runs without them.
-/// [`Team`](crate::threads::Team) is spared.
+/// 256), and assigns the workers' numbers itself. It ignores a chunk that ran before or does not
+/// exist, and has the caller run the remaining chunks when `run` returns. If `run` panics, the
+/// caller does the rest of the step, and the panic resumes afterwards. These checks take some 30 ns
+/// per chunk; a [`Team`](crate::threads::Team) runs without them.
 pub trait Executor: Send + Sync + Debug {
     /// Number of workers, the caller included; at least 1 (with 0 the caller does all the work).
     /// Worker numbers are below it.
@@ -203,7 +202,8 @@ pub(crate) fn for_shares(jobs: &Jobs<'_>, n: usize, least: usize, f: impl Fn(Ran
     for_series(jobs, 1, |_| n, least, |_, range| f(range));
 }
 
-/// Runs such phases one after the other, phase k over `items(k)` indices: `f(k, range)`.
+/// Runs phases as in [`for_shares`], one after the other; phase k covers `items(k)` indices. Calls
+/// `f(k, range)`.
 pub(crate) fn for_series(
     jobs: &Jobs<'_>,
     phases: usize,

@@ -105,8 +105,8 @@ pub const RESTITUTION: Limit = Limit::range("restitution", "1", [0.0, 1.0], "0 t
 /// Coefficients of rolling and spinning resistance.
 pub const RESISTANCE: Limit =
     Limit::range("rolling and spinning resistance", "1", [0.0, 1.0e6], "0 to 1e6");
-/// Kinetic energy of a body from the user's values: half its mass times its squared speed, plus the
-/// same for its rotation.
+/// Kinetic energy of a velocity that the user sets: half the mass times the squared speed. Rotation
+/// has the same limit by itself.
 pub const ENERGY: Limit = Limit::range(
     "kinetic energy of a body that is given",
     "J",

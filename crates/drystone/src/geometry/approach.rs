@@ -103,7 +103,7 @@ impl Course {
 pub(crate) struct Sliding {
     /// Direction off all of them: at least 1 along each normal. Zero if B touches nothing.
     pub(crate) off: Vec3,
-    /// Maximum height of a flush surface above the others, from the rounding of positions [m].
+    /// Maximum height by which flush surfaces may stand out, because positions are rounded [m].
     pub(crate) least: f32,
 }
 

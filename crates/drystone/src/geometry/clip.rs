@@ -12,7 +12,7 @@ use crate::base::pose::Pose;
 pub(crate) const MAX_CORNERS: usize = 40;
 const MAX_FACE_CORNERS: usize = 32;
 
-/// Shift of the reference's side planes outward, relative to the side's length, or to the length of
+/// Outward shift of the reference's side planes, relative to the side's length, or to the length of
 /// the incident feature if that is less. Equal faces on top of each other then keep their corners
 /// (and feature ids) under rounding.
 pub(super) const SIDE_SLACK: f32 = 2.0e-4;
@@ -158,8 +158,8 @@ pub(crate) fn low_corners(
     low
 }
 
-/// Computes the contact of a flat side of A with a polygon or line of B and some corners of B:
-/// `incident` clipped to the prism above the reference, reduced to four points within `margin` [m].
+/// Computes the contact of a flat side of A with a polygon or line of B and some corners of B. It
+/// clips `incident` to the prism above the reference, and keeps four points within `margin` [m].
 pub(crate) fn clip(
     reference: &Reference<'_>,
     incident: &mut Polygon,

@@ -4,8 +4,9 @@
 //! Block `b` of a level holds the boxes of blocks `8 b .. 8 b + 8` of the level below. There are no
 //! pointers, and one test covers eight children. Moved boxes are refitted in place; the order is
 //! computed again only when the boxes of the blocks have grown. New boxes stand behind the sorted
-//! leaves until [`RTree::tidy`] sorts them into sections of decreasing size (the logarithmic method
-//! [Bentley80]): adding one box to a million costs the logarithm, not the million.
+//! leaves until [`RTree::tidy`] sorts them into sections of decreasing size. This is the
+//! logarithmic method [Bentley80]: adding one box to a million costs the logarithm, not the
+//! million.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 mod order;

@@ -218,8 +218,8 @@ impl<'a> Pair<'a> {
         Self { leans, ..self }
     }
 
-    /// Returns the velocity of B's middle relative to A's after a fraction of the motion, and an
-    /// upper bound on the extra speed at which any two points of both may approach from there to
+    /// Returns the velocity of B's middle relative to A's after a fraction of the motion. Also
+    /// returns an upper bound on the extra speed at which any two points may approach from there to
     /// `end`.
     fn speeds(&self, [at, end]: [f32; 2]) -> (Vec3, f32) {
         let bend = (self.a.bend + self.b.bend) * (end - at);

@@ -1,4 +1,4 @@
-//! Which shapes a query sees.
+//! Filters: the shapes that a query sees.
 
 use core::fmt;
 use core::ops::BitOr;

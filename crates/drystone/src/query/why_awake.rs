@@ -162,9 +162,9 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         return about_itself(AwakeCause::SleepDisabled);
     }
     let found = reach_all(tables, row);
-    // The cause that lasts longest matters most: first a cause without end, then one of at least
-    // the whole sleep time, then a cause that takes effect after the sleep time, then the remaining
-    // sleep time. Of equal causes, the one fewest steps along the path wins.
+    // The cause that lasts longest matters most. The order is: a cause without end; one of at least
+    // the whole sleep time; a cause that takes effect after the sleep time; the remaining sleep
+    // time. Of equal causes, the one fewest steps along the path wins.
     let mut culprit: Option<(usize, f32)> = None;
     for (place, (other, _)) in found.iter().enumerate() {
         let left = time_left(tables, *other);

@@ -1,10 +1,10 @@
 //! A mesh against a convex solid.
 //!
 //! Each triangle near the solid is tested alone, seen from the side of the solid's center. Its
-//! normal may deviate from the face normal only as far as the neighbor behind the edge allows, so a
-//! surface cut into triangles pushes as if it were not cut. Contacts with nearly equal normals then
-//! share a manifold. Triangles are processed in the order of their numbers: the tree's order never
-//! matters.
+//! normal may deviate from the face normal only as far as the neighbor behind the edge allows. A
+//! surface cut into triangles therefore pushes as if it were not cut. Contacts with nearly equal
+//! normals then share a manifold. Triangles are processed in the order of their numbers: the tree's
+//! order never matters.
 //!
 //! The functions for a triangle against a polytope are inlined into a single dispatch per test. All
 //! of them are then compiled for the machine's lanes, and no call spills registers.
@@ -60,8 +60,8 @@ pub(crate) struct MeshScratch {
 }
 
 /// Computes the manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame
-/// of A: at most [`MAX_PARTS`], each with its own normal, the deepest first. Returns the number of
-/// manifolds written to `out`. The first one has the [`Manifold::gap`].
+/// of A. There are at most [`MAX_PARTS`], each with its own normal, the deepest first. Returns the
+/// number of manifolds written to `out`. The first one has the [`Manifold::gap`].
 pub(crate) fn collide_mesh(
     level: Level,
     mesh: &Mesh,

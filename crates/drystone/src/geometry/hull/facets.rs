@@ -57,8 +57,8 @@ pub(super) fn polygons(
     loops
 }
 
-/// Deviation of a loop from convexity: the maximum distance of a corner to the inner side of the
-/// line from the corner before it to the one after it.
+/// Deviation of a loop from convexity: the maximum distance by which a corner lies inside the line
+/// from the corner before it to the one after it.
 pub(super) fn dent(points: &[DVec3], face: &[usize], normal: DVec3) -> f64 {
     let p = |k: usize| points[face[k % face.len()]];
     let mut worst: f64 = 0.0;

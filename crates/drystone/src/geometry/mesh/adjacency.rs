@@ -6,7 +6,7 @@ use crate::base::math::Vec3;
 use crate::base::trig;
 
 /// Sine of the angle up to which two triangles count as one plane: 0.25°, well above the rounding
-/// of vertices. Larger angles need no tolerance: the normals of the two faces bound theirs.
+/// of vertices. Larger angles need no tolerance: the two faces bound the contact normals there.
 const FLAT: f32 = 4.0e-3;
 
 /// Maximum number of triangles at one edge; more are taken as separate sheets. Comparing all with

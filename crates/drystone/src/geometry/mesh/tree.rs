@@ -157,8 +157,7 @@ impl Tree {
 }
 
 impl Node {
-    /// Distance of each child's box from the window along the best axis; above 0: they do not
-    /// overlap.
+    /// Maximum separation of each child's box from the window over the axes; above 0: no overlap.
     #[inline(always)]
     fn apart_from<S: Simd>(&self, simd: S, window: &Window) -> Wide<S> {
         let mut apart = splat(simd, f32::NEG_INFINITY);

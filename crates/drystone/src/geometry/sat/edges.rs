@@ -59,9 +59,9 @@ impl EdgeOf {
         }
     }
 
-    /// Returns the axis of a pair of edges if they form a face of the Minkowski difference: if the
-    /// arcs u to v and -u' to -v' cross on the Gauss map. Let p = u'·d, q = v'·d. Since d points
-    /// along u × v, the arcs cross if and only if pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0.
+    /// Returns the axis of a pair of edges if they form a face of the Minkowski difference. They do
+    /// if the arcs u to v and -u' to -v' cross on the Gauss map. Let p = u'·d, q = v'·d. Since d
+    /// points along u × v, the arcs cross if and only if pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0.
     /// A's outward axis is then sign(u·d') d × d'.
     pub(super) fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
         let Edge { tail, d, normals: [u, v] } = b.lanes.edge(edge_b / 2);

@@ -230,8 +230,8 @@ impl Motion {
         }
     }
 
-    /// Current separation of a contact with a round shape, whose surface does not turn with it: to
-    /// first order in the rotation, since the solver's rows are linear in it too.
+    /// Current separation of a contact with a round shape, whose surface does not turn with it. It
+    /// is first order in the rotation, since the solver's rows are linear in it too.
     fn apart(&self, c: &Contact, p: &Point) -> f32 {
         let r_b = c.r_b(p);
         let between = self.offset + (r_b - p.r_a);

@@ -20,8 +20,8 @@ pub struct Energy {
     pub angular: f64,
     /// Potential energy in the world's gravity, zero at the origin.
     pub potential: f64,
-    /// Elastic energy in the springs of joints and of links between particles: ½ k x². The
-    /// compliance of contacts does not count.
+    /// Elastic energy in the springs of joints and of links between particles: ½ k x². Energy in
+    /// the compliance of contacts is not included.
     pub elastic: f64,
 }
 

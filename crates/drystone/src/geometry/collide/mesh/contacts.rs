@@ -52,8 +52,8 @@ struct Patch {
     /// at the corner may allow.
     refused: Option<Vec3>,
     deepest: f32,
-    /// Separation of the deepest point after the expected motion. The patches with the largest
-    /// value are dropped if there are too many.
+    /// Separation of the deepest point after the expected motion. If there are too many patches,
+    /// the ones with the largest values are dropped.
     due: f32,
     corners: [Vec3; 3],
     /// Displacement of the solid after which normal and points hold [m].
@@ -203,8 +203,8 @@ impl Contacts {
     }
 
     /// Returns true if the normal of another patch shows that triangle and solid overlap much less
-    /// than `patch` says. A triangle only checks its own edges. One that meets the supporting
-    /// surface in no more than a corner would push the solid out through that surface.
+    /// than `patch` says. A triangle only checks its own edges. If it meets the supporting surface
+    /// only in a corner, its patch would push the solid out through that surface.
     ///
     /// The supporting patch is less deep, so the least deep patch always stays. Its points must be
     /// as deep as its normal says; otherwise it supports another part of the solid. A patch whose

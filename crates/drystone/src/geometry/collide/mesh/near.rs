@@ -22,7 +22,7 @@ const GRAIN: f32 = 1.0e-6;
 pub(crate) struct Reach {
     /// Maximum separation of a contact point, in any direction of motion [m].
     pub(crate) margin: f32,
-    /// Maximum distance of a triangle after the motion `way`; triangles beyond it are left out [m].
+    /// Maximum distance of a triangle over the motion `way`; farther triangles are left out [m].
     pub(crate) rest: f32,
     /// Expected motion of the solid's center relative to the mesh in this step
     /// [m, frame of the mesh].
@@ -34,7 +34,7 @@ pub(crate) struct Reach {
     pub(crate) corners: bool,
     /// Extra search distance, to find the distance of the two when they do not touch [m].
     pub(crate) room: f32,
-    /// Points closer than this are one, in addition to a fraction of their size [m].
+    /// Points closer than this plus a fraction of the solid's size are merged [m].
     pub(crate) grain: f32,
 }
 

@@ -347,7 +347,7 @@ impl<'a> PlacedHull<'a> {
         for (group, edges) in self.space.edges.iter().enumerate() {
             let u = Vec3w::load(simd, &edges.normals[0]);
             let v = Vec3w::load(simd, &edges.normals[1]);
-            // If both face normals are on one side of `along`, no axis of this edge is
+            // If both face normals are on one side of `along`, no normal between them is
             // perpendicular to it.
             let aside = above(u.dot(along) * v.dot(along), zero);
             if bits(aside) == ALL {
