@@ -137,8 +137,9 @@ mod tests {
 
     #[test]
     fn angles_are_those_of_the_points_in_all_directions() {
-        // Errors come from rounding of the quotient, of the polynomial and of the sums with π/4, π/2
-        // and π: an ulp of π, 2.4e-7, for a large angle; 3 ulps of the angle itself for a small one.
+        // Errors come from rounding of the quotient, of the polynomial and of the sums with π/4,
+        // π/2 and π: an ulp of π, 2.4e-7, for a large angle; 3 ulps of the angle itself for a
+        // small one.
         for SimdLevel(level) in SimdLevel::available() {
             for i in 0..4000_u16 {
                 let (s, c) =
