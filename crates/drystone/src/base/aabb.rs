@@ -17,7 +17,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// Holds nothing; the union with it is the other box.
+    /// The empty box; its union with another box is that box.
     pub const EMPTY: Self =
         Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
 
@@ -27,27 +27,27 @@ impl Aabb {
         Self { min, max }
     }
 
-    /// The smallest box around some points.
+    /// Returns the smallest box around some points.
     #[must_use]
     pub fn of_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, p| Self::new(b.min.min(p), b.max.max(p)))
     }
 
-    /// The smallest box around both.
+    /// Returns the smallest box around both.
     #[must_use]
     #[inline]
     pub fn union(&self, o: &Self) -> Self {
         Self::new(self.min.min(o.min), self.max.max(o.max))
     }
 
-    /// Larger by `margin` [m] on every side.
+    /// Returns the box enlarged by `margin` [m] on every side.
     #[must_use]
     #[inline]
     pub fn grown(&self, margin: f32) -> Self {
         Self::new(self.min - Vec3::splat(margin), self.max + Vec3::splat(margin))
     }
 
-    /// As it is told from another origin [m]; where that is rounded it holds at least what it held.
+    /// Returns the box relative to another origin [m]; the result is rounded outward.
     pub(crate) fn told_from(&self, origin: Vec3) -> Self {
         let below = |x: f32, o: f32| outward(x, o, f32::next_down, |now, exact| now > exact);
         let above = |x: f32, o: f32| outward(x, o, f32::next_up, |now, exact| now < exact);
@@ -71,7 +71,7 @@ impl Aabb {
             && o.min.z <= self.max.z
     }
 
-    /// True if `o` lies wholly inside.
+    /// True if `o` lies completely inside.
     #[must_use]
     #[inline]
     pub fn contains(&self, o: &Self) -> bool {
@@ -83,7 +83,7 @@ impl Aabb {
             && o.max.z <= self.max.z
     }
 
-    /// The middle [m].
+    /// Center [m].
     #[must_use]
     #[inline]
     pub fn center(&self) -> Vec3 {
@@ -97,7 +97,7 @@ impl Aabb {
         (self.max - self.min) * 0.5
     }
 
-    /// Half the surface [m²].
+    /// Half the surface area [m²].
     #[must_use]
     #[inline]
     pub fn half_area(&self) -> f32 {
@@ -105,7 +105,7 @@ impl Aabb {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// True if the segment from `origin` along `delta`, up to `max_fraction` of it, meets the box.
+    /// True if the segment from `origin` along `delta`, up to `max_fraction` of it, hits the box.
     /// `inv_delta` holds 1/delta per component (infinite where delta is zero).
     #[must_use]
     #[inline]
@@ -123,12 +123,12 @@ impl Aabb {
             low = greater(low, lesser(a, b));
             high = lesser(high, greater(a, b));
         }
-        // Each bound carries three roundings; without the allowance a ray through a vertex, where
-        // boxes meet, can miss them all.
+        // Each bound has three roundings; without the allowance a ray through a vertex shared by
+        // boxes can miss them all.
         low <= high * (1.0 + 4.0 * f32::EPSILON)
     }
 }
-/// A coordinate less an origin, a step farther if it was rounded the wrong way.
+/// Subtracts an origin from a coordinate, and steps outward if the result was rounded inward.
 fn outward(x: f32, origin: f32, step: fn(f32) -> f32, is_inside: fn(f64, f64) -> bool) -> f32 {
     let now = x - origin;
     let exact = f64::from(x) - f64::from(origin);

@@ -1,6 +1,6 @@
 //! A set of small numbers, one bit each.
 
-/// Grows on demand.
+/// One bit per number; grows on demand.
 #[derive(Debug, Default)]
 pub(crate) struct BitSet {
     words: Vec<u64>,
@@ -13,7 +13,7 @@ impl Clone for BitSet {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Copies into the existing list.
     fn clone_from(&mut self, from: &Self) {
         let Self { words } = from;
         self.words.clone_from(words);
@@ -42,7 +42,7 @@ impl BitSet {
         }
     }
 
-    /// Takes out all that there are.
+    /// Removes the given numbers, which must be all that are in the set.
     pub(crate) fn remove_all(&mut self, all: &[u32]) {
         if all.len() > self.words.len() {
             self.words.fill(0);

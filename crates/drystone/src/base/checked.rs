@@ -1,6 +1,7 @@
-//! Executors of users, made to keep the contract of [`Executor`] whatever they do: a chunk runs once, chunks that run at one time
-//! have different workers, and all have run when a phase ends. Memory safety of the stages rests on that, and a safe trait
-//! cannot ask for it (docs/decisions/028-executors-that-lie.md).
+//! Makes executors of users keep the contract of [`Executor`] in any case. A chunk runs once,
+//! chunks that run at the same time have different workers, and all have run when a phase ends. The
+//! memory safety of the stages depends on this, and a safe trait cannot require it
+//! (docs/decisions/028-executors-that-lie.md).
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::any::Any;
@@ -10,33 +11,34 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use super::jobs::known::{Ask, Known};
 use super::jobs::{Executor, Jobs};
 
-/// What somebody's code panicked with.
+/// Payload of a panic in user code.
 type Payload = Box<dyn Any + Send>;
 
-/// Most workers that are believed in.
+/// Maximum number of workers that a user's executor may report.
 const MOST: usize = 256;
 
-/// A worker's number, held while a chunk runs. Alone on its cache lines.
+/// A worker's number, reserved while a chunk runs. It has cache lines of its own.
 #[derive(Debug, Default)]
 #[repr(align(128))]
 struct Slot(AtomicBool);
 
-/// Who has which chunk, and which worker's number. A world keeps it, so that a warm step allocates nothing.
+/// Claims on chunks and on workers' numbers. A world keeps it, so that a warm step allocates
+/// nothing.
 #[derive(Debug, Default)]
 pub(crate) struct Claims(Mutex<Book>);
 
 #[derive(Debug, Default)]
 struct Book {
-    /// For each chunk the last round in which it was claimed.
+    /// Round in which each chunk was last claimed.
     rounds: Vec<AtomicU32>,
-    /// Number of the phase that runs; none is 0.
+    /// Number of the running phase; never 0.
     round: u32,
     slots: Vec<Slot>,
-    /// The executor panicked in this step: the caller does the rest.
+    /// Payload if the executor panicked in this step: the caller then does the remaining work.
     panic: Option<Payload>,
 }
 
-// A copy of a world has chunks of its own.
+// A copy of a world has its own chunks.
 impl Clone for Claims {
     fn clone(&self) -> Self {
         Self::default()
@@ -44,12 +46,12 @@ impl Clone for Claims {
 }
 
 impl Claims {
-    /// What the executor panicked with, if it did.
+    /// Takes the payload of the executor's panic, if there was one.
     pub(crate) fn take_panic(&mut self) -> Option<Payload> {
         self.0.get_mut().unwrap_or_else(PoisonError::into_inner).panic.take()
     }
 
-    /// The book, unless a phase runs.
+    /// Returns the book, unless a phase is running.
     fn open(&self) -> Option<MutexGuard<'_, Book>> {
         match self.0.try_lock() {
             Ok(book) => Some(book),
@@ -60,7 +62,7 @@ impl Claims {
 }
 
 impl Book {
-    /// Makes room for a phase, in which no chunk is claimed yet.
+    /// Prepares a phase in which no chunk is claimed yet.
     fn begin(&mut self, chunks: usize, workers: usize) {
         if self.rounds.len() < chunks {
             self.rounds.resize_with(chunks, AtomicU32::default);
@@ -76,20 +78,22 @@ impl Book {
     }
 }
 
-/// A worker's number while it is held.
+/// A reserved worker's number.
 struct Held<'a> {
     slot: &'a Slot,
     worker: usize,
 }
 
 impl<'a> Held<'a> {
-    /// A number that nobody holds, that one if it is free; none if more chunks run than there are workers.
+    /// Reserves a free number, `wanted` if possible; returns `None` if more chunks run than there
+    /// are workers.
     fn take(slots: &'a [Slot], wanted: usize) -> Option<Self> {
         let n = slots.len();
         (0..n).map(|k| (wanted % n + k) % n).find_map(|worker| {
             let slot = &slots[worker];
             let is_free = !slot.0.load(Ordering::Relaxed) && !slot.0.swap(true, Ordering::Acquire);
-            // Not made where it is not free: its drop would free what another holds.
+            // Constructed only if the number is free: its drop would release another holder's
+            // number.
             is_free.then(|| Self { slot, worker })
         })
     }
@@ -101,7 +105,7 @@ impl Drop for Held<'_> {
     }
 }
 
-/// An executor of a user for the time of a step.
+/// A user's executor for the duration of a step.
 #[derive(Debug)]
 pub(crate) struct Checked<'a> {
     executor: &'a dyn Executor,
@@ -118,7 +122,7 @@ impl<'a> Checked<'a> {
         self.workers
     }
 
-    /// The executor as stages take it: our own as they are, others checked.
+    /// Returns the executor for the stages: this crate's own directly, others checked.
     pub(crate) fn jobs(&self) -> Jobs<'_> {
         match self.executor.known(Ask::new()) {
             Known::Inline => Jobs::Inline,
@@ -127,7 +131,8 @@ impl<'a> Checked<'a> {
         }
     }
 
-    /// Calls `task(worker, chunk)` once for every chunk. What the executor leaves, or all once it panicked, the caller does.
+    /// Calls `task(worker, chunk)` once for every chunk. The caller runs the chunks that the
+    /// executor leaves, or all remaining ones after it panics.
     pub(crate) fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
         let book = if chunks > 1 { self.claims.open() } else { None };
         let Some(mut book) = book.filter(|book| book.panic.is_none()) else {
@@ -147,7 +152,7 @@ impl<'a> Checked<'a> {
             if last.swap(round, Ordering::AcqRel) == round || broken.load(Ordering::Relaxed) {
                 return;
             }
-            // The executor never sees a panic of ours: it could keep it to itself.
+            // The executor never sees a panic of a task, since it could swallow it.
             if let Err(payload) = catch_unwind(AssertUnwindSafe(|| task(held.worker, chunk))) {
                 broken.store(true, Ordering::Relaxed);
                 first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(payload);
@@ -157,7 +162,7 @@ impl<'a> Checked<'a> {
         if let Some(payload) = first.into_inner().unwrap_or_else(PoisonError::into_inner) {
             resume_unwind(payload);
         }
-        // Calls of `once` are over: it lives no longer than the borrow that `run` was given.
+        // No more calls of `once` happen: it lives no longer than the borrow that `run` received.
         for (chunk, last) in rounds.iter().enumerate() {
             if last.load(Ordering::Relaxed) != round {
                 task(0, chunk);
@@ -204,7 +209,7 @@ mod tests {
         let slots: [Slot; 3] = Default::default();
         let held = [2, 2, usize::MAX].map(|wanted| Held::take(&slots, wanted).unwrap());
         assert_eq!(held.each_ref().map(|held| held.worker), [2, 0, 1]);
-        // To ask in vain frees none.
+        // A failed reservation releases nothing.
         assert!((0..9).all(|wanted| Held::take(&slots, wanted).is_none()));
         drop(held);
         assert!(Held::take(&slots, 1).is_some_and(|held| held.worker == 1));
@@ -240,7 +245,7 @@ mod tests {
             let text = catch_unwind(AssertUnwindSafe(run)).unwrap_err();
             assert_eq!(text.downcast_ref(), Some(&format!("chunk {bad}")));
         }
-        // Numbers of rounds come again: nothing is taken for claimed.
+        // Round numbers wrap: no chunk counts as claimed by mistake.
         claims.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).round = u32::MAX - 3;
         for _ in 0..8 {
             let count = AtomicUsize::new(0);

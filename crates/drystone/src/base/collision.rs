@@ -1,28 +1,28 @@
-//! The impulse of one collision of two rigid bodies at one point: exact sticking, sliding with Coulomb's
-//! friction, and a guard on energy.
+//! Impulse of one collision of two rigid bodies at one point: exact sticking, sliding with
+//! Coulomb's friction, and a guard on energy.
 //!
-//! n: the normal, from A to B; u: velocity of B's point less that of A's; r: arm from a center of mass to
-//! the point; K: the collision matrix, by which an impulse j on B (-j on A) changes u, `u' = u + K j`. An
-//! approach has `u · n < 0`.
+//! n: normal, from A to B; u: velocity of B's point minus that of A's; r: lever arm from a center
+//! of mass to the point; K: collision matrix. An impulse j on B (-j on A) changes u to
+//! `u' = u + K j`. An approach has `u · n < 0`.
 //! References: [Mirtich96], [Guendelman03].
 
 use super::math::{Vec3, vec3};
 use super::sym3::Sym3;
 
-/// What the point of contact did during the collision.
+/// Motion of the contact point during the collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImpactKind {
     /// The bodies were not approaching: no impulse.
     Separating,
-    /// No sliding is left: the impulse lies within the friction cone.
+    /// No sliding is left: the impulse is inside the friction cone.
     Stick,
-    /// The surfaces slide on each other: the impulse lies on the friction cone, or friction has just
-    /// stopped the slide.
+    /// The surfaces slide on each other: the impulse is on the friction cone, or friction has just
+    /// stopped the sliding.
     Slide,
 }
 
-/// One body's part of the collision matrix: `1/m - [r]× I⁻¹ [r]×`; the inverse mass of each axis, so that an
-/// axis may be locked.
+/// One body's part of the collision matrix: `1/m - [r]× I⁻¹ [r]×`. The inverse mass is per axis,
+/// so that an axis may be locked.
 pub(crate) fn mobility(inv_mass: Vec3, inv_inertia: &Sym3, r: Vec3) -> Sym3 {
     let column = |axis: Vec3| inv_inertia.mul(r.cross(axis)).cross(r);
     let (x, y, z) = (column(Vec3::X), column(Vec3::Y), column(Vec3::Z));
@@ -36,8 +36,8 @@ pub(crate) fn mobility(inv_mass: Vec3, inv_inertia: &Sym3, r: Vec3) -> Sym3 {
     }
 }
 
-/// The impulse on B. `restitution` e asks for `u'_n = -e u_n`, and may be negative down to -1: a part of
-/// the approach is then left. `friction`: static, kinetic.
+/// Returns the impulse on B. The restitution e requires `u'_n = -e u_n`; it may be negative down to
+/// -1, which leaves a part of the approach speed. `friction`: static, kinetic.
 pub(crate) fn collide(
     k: &Sym3,
     n: Vec3,
@@ -62,8 +62,8 @@ pub(crate) fn collide(
         }
     }
     let j = slide(k, n, u, target, mu_k).or_else(|| {
-        // No direction to slide in, or a denominator that is not positive (a long thin body under great
-        // friction): what sticking asks for, brought back to the cone.
+        // No sliding direction, or a denominator that is not positive (a long thin body with high
+        // friction): the sticking impulse, clamped to the cone.
         let j = sticking?;
         let j_n = j.dot(n);
         let rub = j - n * j_n;
@@ -73,7 +73,7 @@ pub(crate) fn collide(
     (guarded(k, u, j.unwrap_or(straight), straight), ImpactKind::Slide)
 }
 
-/// The impulse on the friction cone, against the slide; friction does no more than stop it.
+/// Returns the impulse on the friction cone, against the sliding; friction at most stops it.
 fn slide(k: &Sym3, n: Vec3, u: Vec3, target: f32, mu: f32) -> Option<Vec3> {
     let u_n = u.dot(n);
     let along = (u - n * u_n).try_normalize()?;
@@ -89,7 +89,8 @@ fn slide(k: &Sym3, n: Vec3, u: Vec3, target: f32, mu: f32) -> Option<Vec3> {
     if (u + k.mul(j)).dot(along) >= 0.0 {
         return Some(j);
     }
-    // It would turn the slide round: the impulse in the plane of normal and slide that ends both.
+    // It would reverse the sliding: uses the impulse in the plane of normal and sliding that ends
+    // both.
     let (nn, nt, tt) = (n.dot(k_n), along.dot(k_n), along.dot(k.mul(along)));
     let det = nn * tt - nt * nt;
     if !(det > 0.0) {
@@ -100,8 +101,9 @@ fn slide(k: &Sym3, n: Vec3, u: Vec3, target: f32, mu: f32) -> Option<Vec3> {
     (j_n > 0.0 && j_t.abs() <= mu * j_n).then(|| n * j_n + along * j_t)
 }
 
-/// The impulse, or as much of it as adds no energy: Newton's restitution with friction can add some where
-/// normal and tangent are coupled [Kane85]. Work on the bodies is `j · u + ½ j · K j`.
+/// Limits the impulse to a part that adds no energy. Newton's restitution with friction can add
+/// some where normal and tangent are coupled [Kane85]. The work on the bodies is
+/// `j · u + ½ j · K j`.
 fn guarded(k: &Sym3, u: Vec3, j: Vec3, straight: Vec3) -> Vec3 {
     let (gain, cost) = (j.dot(u), j.dot(k.mul(j)));
     if !j.is_finite() || gain >= 0.0 {
@@ -110,7 +112,7 @@ fn guarded(k: &Sym3, u: Vec3, j: Vec3, straight: Vec3) -> Vec3 {
     if gain + 0.5 * cost <= 0.0 { j } else { j * (-2.0 * gain / cost) }
 }
 
-/// The change of velocity by an impulse on a body with these inverse masses of axes.
+/// Change of velocity by an impulse on a body with these inverse masses per axis.
 pub(crate) fn push(inv_mass: Vec3, j: Vec3) -> Vec3 {
     vec3(inv_mass.x * j.x, inv_mass.y * j.y, inv_mass.z * j.z)
 }

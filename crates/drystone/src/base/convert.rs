@@ -54,14 +54,14 @@ mod with_glam {
         }
     }
 
-    /// A rotation and a translation, in this order.
+    /// Rotation first, then translation.
     impl From<Pose> for glam::Affine3A {
         fn from(pose: Pose) -> Self {
             Self::from_rotation_translation(pose.rotation.into(), pose.position.into())
         }
     }
 
-    /// A rotation and a translation, in this order.
+    /// Rotation first, then translation.
     impl From<Pose> for glam::Mat4 {
         fn from(pose: Pose) -> Self {
             Self::from_rotation_translation(pose.rotation.into(), pose.position.into())

@@ -1,8 +1,8 @@
-//! Copies of tables into tables that are there, without new memory.
+//! Copies into existing tables, without new memory.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Makes `to` the same as `from`. Takes memory for keys alone that are new in it.
+/// Makes `to` equal to `from`. Allocates only for keys that are new in `to`.
 pub(crate) fn map<K: Copy + Ord, V: Clone>(to: &mut BTreeMap<K, V>, from: &BTreeMap<K, V>) {
     to.retain(|key, _| from.contains_key(key));
     for (key, value) in from {
@@ -15,7 +15,7 @@ pub(crate) fn map<K: Copy + Ord, V: Clone>(to: &mut BTreeMap<K, V>, from: &BTree
     }
 }
 
-/// The same of a set.
+/// Makes a set equal to another.
 pub(crate) fn set<K: Copy + Ord>(to: &mut BTreeSet<K>, from: &BTreeSet<K>) {
     to.retain(|key| from.contains(key));
     to.extend(from);

@@ -1,5 +1,6 @@
-//! A slice that several workers write at once, each its own rows. That they keep apart no compiler can see: who lends rows says so with
-//! [`Apart::promise`], the one `unsafe` that stands outside of this folder.
+//! A slice that several workers write at once, each its own rows. No compiler can check that the
+//! rows are disjoint. The code that lends rows promises it with [`Apart::promise`], the only
+//! `unsafe` outside this folder.
 #![expect(unsafe_code, reason = "shared access to rows that the caller keeps apart")]
 
 use core::marker::PhantomData;
@@ -8,17 +9,18 @@ use core::ops::Range;
 #[cfg(debug_assertions)]
 use super::stamps;
 
-/// The word of a stage that what it lends is kept apart.
+/// A stage's promise that concurrent chunks use disjoint rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Apart(());
 
 impl Apart {
-    /// Gives it. Debug builds check the first part of it (`base/stamps.rs`).
+    /// Makes the promise. Debug builds check its first part (`base/stamps.rs`).
     ///
     /// # Safety
-    /// Of every table that is lent with it, as long as it is lent: a row that a chunk takes (`row`, `slice`) no other chunk of that phase
-    /// takes or reads; and who has taken a row has let go of it before that row is taken or read again. Parallel stages hold that
-    /// by giving each chunk its own rows, the solver by coloring (ARCHITECTURE.md, invariant 5).
+    /// This must hold for every table lent with it, as long as it is lent. If a chunk takes a row
+    /// (`row`, `slice`), no other chunk of that phase takes or reads the row. A reference to a row
+    /// has ended before the same row is taken or read again. Parallel stages guarantee this by
+    /// giving each chunk its own rows, the solver by coloring (ARCHITECTURE.md, invariant 5).
     pub(crate) const unsafe fn promise() -> Self {
         Self(())
     }
@@ -29,18 +31,19 @@ impl Apart {
 pub(crate) struct Rows<'a, T> {
     first: *mut T,
     len: usize,
-    /// Claims are compared: not those of rows that are a chunk's or a worker's own.
+    /// Whether claims are checked; not for rows that belong to one chunk or one worker.
     #[cfg(debug_assertions)]
     stamped: bool,
     lent: PhantomData<&'a mut [T]>,
 }
 
-// SAFETY: a `Rows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where `T: Sync`.
+// SAFETY: a `Rows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where `T:
+// Sync`.
 unsafe impl<T: Send> Send for Rows<'_, T> {}
-// SAFETY: as above; that no row is taken by two at a time was promised when it was made.
+// SAFETY: as above; the promise at its construction says that no row is taken twice at a time.
 unsafe impl<T: Send> Sync for Rows<'_, T> {}
 
-// By hand: a derive would ask that `T` can be copied too.
+// Written by hand: a derive would require `T: Clone` or `T: Copy`.
 impl<T> Clone for Rows<'_, T> {
     fn clone(&self) -> Self {
         *self
@@ -61,7 +64,7 @@ impl<'a, T> Rows<'a, T> {
         }
     }
 
-    /// One row for each worker: chunk after chunk takes the same.
+    /// One row per worker: successive chunks use the same row.
     pub(super) fn of_workers(items: &'a mut [T], apart: Apart) -> Self {
         #[cfg(debug_assertions)]
         return Self { stamped: false, ..Self::new(items, apart) };
@@ -69,7 +72,7 @@ impl<'a, T> Rows<'a, T> {
         Self::new(items, apart)
     }
 
-    /// Row `i`.
+    /// Returns row `i`.
     #[inline(always)]
     #[expect(clippy::mut_from_ref, reason = "who made it promised that rows are kept apart")]
     pub(crate) fn row(&self, i: usize) -> &mut T {
@@ -84,7 +87,8 @@ impl<'a, T> Rows<'a, T> {
         unsafe { &mut *row }
     }
 
-    /// Row `i`, to read: one of the caller's own, or one that nobody writes in this phase.
+    /// Returns row `i` for reading: one of the caller's own, or one that nobody writes in this
+    /// phase.
     #[inline(always)]
     pub(crate) fn read(&self, i: usize) -> &T
     where
@@ -101,34 +105,34 @@ impl<'a, T> Rows<'a, T> {
         unsafe { &*row }
     }
 
-    /// Asks for the first `lines` cache lines of row `i`, which will be needed soon, if there is such a
-    /// row. Changes nothing but time.
+    /// Prefetches the first `lines` cache lines of row `i`, if there is such a row. Affects only
+    /// time.
     #[inline(always)]
     pub(crate) fn prefetch(&self, i: usize, lines: usize) {
         (0..lines).for_each(|line| self.prefetch_line(i, line));
     }
 
-    /// And for one of them.
+    /// Prefetches one cache line of row `i`.
     #[inline(always)]
     pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
         #[cfg(target_arch = "x86_64")]
         {
             use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
             let line = self.first.wrapping_add(i).cast::<i8>().wrapping_add(64 * line);
-            // SAFETY: a prefetch reads nothing and faults at no address; SSE is there on every x86-64.
+            // SAFETY: a prefetch reads nothing and faults at no address; every x86-64 has SSE.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
         }
         #[cfg(not(target_arch = "x86_64"))]
         let _ = (i, line);
     }
 
-    /// What stands behind row `i`.
+    /// Returns the row behind row `i`, for prefetching.
     #[inline(always)]
     pub(crate) const fn after(&self, i: usize) -> Next<'a, T> {
         Next { rows: *self, row: i + 1 }
     }
 
-    /// Rows `range`.
+    /// Returns the rows of `range`.
     #[inline]
     #[expect(clippy::mut_from_ref, reason = "who made it promised that rows are kept apart")]
     pub(crate) fn slice(&self, range: Range<usize>) -> &mut [T] {
@@ -137,7 +141,7 @@ impl<'a, T> Rows<'a, T> {
         let first = unsafe { self.first.add(range.start) };
         #[cfg(debug_assertions)]
         if self.stamped {
-            // Of long ones not all: it would take longer than what is done with them.
+            // Long ranges are only sampled: a full check would take longer than the work on them.
             for i in range.clone().step_by(range.len() / 256 + 1) {
                 stamps::claim(self.first.wrapping_add(i), i);
             }
@@ -147,8 +151,8 @@ impl<'a, T> Rows<'a, T> {
     }
 }
 
-/// The row that is seen to next, if there is one, to be asked for piece by piece: a core waits for no more than ten to
-/// twenty cache lines at a time, and stands still with more until they are there.
+/// The next row, if there is one, to be prefetched piece by piece. A core has at most ten to twenty
+/// outstanding cache lines, and stalls on more.
 #[derive(Debug)]
 pub(crate) struct Next<'a, T> {
     rows: Rows<'a, T>,
@@ -164,7 +168,7 @@ impl<T> Clone for Next<'_, T> {
 impl<T> Copy for Next<'_, T> {}
 
 impl<T> Next<'_, T> {
-    /// Asks for some of its cache lines. Changes nothing but time.
+    /// Prefetches some of its cache lines. Affects only time.
     #[inline(always)]
     pub(crate) fn ask(&self, lines: Range<usize>) {
         lines.for_each(|line| self.rows.prefetch_line(self.row, line));

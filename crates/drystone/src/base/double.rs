@@ -1,5 +1,5 @@
-//! Vectors and quaternions in double precision, for code whose differences cancel: hulls, mass, rays,
-//! free rotation.
+//! Vectors and quaternions in double precision, for code whose differences cancel: hulls, mass,
+//! rays, free rotation.
 
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -52,7 +52,7 @@ pub(crate) struct DQuat {
 }
 
 impl DQuat {
-    /// `o` followed by `self`.
+    /// The rotation `o` followed by `self`.
     #[inline]
     pub(crate) fn times(self, o: Self) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl DQuat {
         }
     }
 
-    /// The numbers of an `f32` quaternion, not normalized anew.
+    /// Converts an `f32` quaternion exactly, without normalizing it.
     #[inline]
     pub(crate) fn widened(q: Quat) -> Self {
         Self { v: DVec3::from(vec3(q.x, q.y, q.z)), w: f64::from(q.w) }
@@ -78,7 +78,7 @@ impl DQuat {
         Self { v: -self.v, w: self.w }.rotate(p)
     }
 
-    /// Scaled to length 1; the quaternion is one already but for rounding.
+    /// Scales to length 1; the quaternion already has it up to rounding.
     pub(crate) fn normalized(self) -> Self {
         let k = 1.0 / (self.v.dot(self.v) + self.w * self.w).sqrt();
         Self { v: self.v * k, w: self.w * k }
@@ -93,19 +93,19 @@ impl DQuat {
 }
 
 impl From<Quat> for DQuat {
-    /// Normalized anew: an `f32` quaternion is one to seven digits only.
+    /// Normalizes, since an `f32` quaternion has length 1 to seven digits only.
     fn from(q: Quat) -> Self {
         Self::widened(q).normalized()
     }
 }
 
-/// The larger of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+/// The larger of two numbers; `b` if either is NaN. A compare and a select: equal on all targets.
 #[inline]
 pub(crate) fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+/// The smaller of two numbers; `b` if either is NaN. A compare and a select: equal on all targets.
 #[inline]
 pub(crate) fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

@@ -1,5 +1,5 @@
-//! Eight vectors and quaternions in double precision: lane by lane the bits of [`super::double`], whose order
-//! of operations these keep.
+//! Eight vectors and quaternions in double precision. Each lane gives the same bits as
+//! [`super::double`], since the order of operations is the same.
 
 use core::ops::{Add, Mul, Neg};
 
@@ -13,10 +13,10 @@ pub(crate) type DLanes = [f64; LANES];
 /// Eight numbers in registers.
 pub(crate) type DWide<S> = f64x8<S>;
 
-/// Yes or no for each lane.
+/// One boolean per lane.
 pub(crate) type DMask<S> = mask64x8<S>;
 
-/// Loads.
+/// Loads eight numbers.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, from: &DLanes) -> DWide<S> {
     DWide::load_array_ref(simd, from)
@@ -46,7 +46,7 @@ pub(crate) fn single<S: Simd>(a: DWide<S>) -> [f32; LANES] {
     rounded
 }
 
-/// The numbers of `f32`.
+/// Converts eight `f32` numbers exactly.
 #[inline(always)]
 pub(crate) fn widened<S: Simd>(simd: S, from: &[f32; LANES]) -> DWide<S> {
     let mut lanes = [0.0; LANES];
@@ -89,7 +89,7 @@ impl<S: Simd> DVec3w<S> {
         self.dot(self).sqrt()
     }
 
-    /// Each number times its own.
+    /// Component-wise product.
     #[inline(always)]
     pub(crate) fn each(self, o: Self) -> Self {
         Self { x: self.x * o.x, y: self.y * o.y, z: self.z * o.z }
@@ -128,7 +128,7 @@ pub(crate) struct DQuatw<S: Simd> {
 }
 
 impl<S: Simd> DQuatw<S> {
-    /// `o` followed by `self`.
+    /// The rotation `o` followed by `self`.
     #[inline(always)]
     pub(crate) fn times(self, o: Self) -> Self {
         Self {
@@ -148,7 +148,7 @@ impl<S: Simd> DQuatw<S> {
         self.conjugate().rotate(simd, p)
     }
 
-    /// The opposite rotation.
+    /// The inverse rotation.
     #[inline(always)]
     pub(crate) fn conjugate(self) -> Self {
         Self { v: -self.v, w: self.w }
@@ -161,7 +161,7 @@ impl<S: Simd> DQuatw<S> {
         Self { v: self.v * k, w: self.w * k }
     }
 
-    /// The numbers of `f32` quaternions, x y z w, not normalized anew.
+    /// Converts `f32` quaternions, x y z w, exactly, without normalizing them.
     #[inline(always)]
     pub(crate) fn widened(simd: S, from: &[[f32; LANES]; 4]) -> Self {
         let [x, y, z, w] = from;

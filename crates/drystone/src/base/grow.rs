@@ -1,19 +1,20 @@
-//! Lists that grow by an eighth instead of doubling: the large tables, whose unused half would be half
-//! of what a world takes. And lists that give back what a burst filled, such as the first step of a world.
+//! Lists that grow by an eighth instead of doubling, for the large tables: their unused half would
+//! be half of a world's memory. Also lists that free memory which a burst filled, such as the first
+//! step of a world.
 
-/// Lists may keep this much room whatever they need.
+/// Capacity that a list always keeps.
 const LEAST: usize = 512;
-/// How often a list is looked at before it gives room back.
+/// Number of observations between two decisions to free memory.
 const PERIOD: u32 = 64;
 
-/// Adds a value.
+/// Appends a value.
 #[inline]
 pub(crate) fn push<T>(list: &mut Vec<T>, value: T) {
     make_room(list, 1);
     list.push(value);
 }
 
-/// Makes room for `more` values.
+/// Reserves space for `more` values.
 #[inline]
 pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.capacity() - list.len() < more {
@@ -21,23 +22,24 @@ pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     }
 }
 
-/// Makes a list this long, with copies of a value at its end.
+/// Resizes a list to this length, with copies of a value at its end.
 pub(crate) fn resize<T: Clone>(list: &mut Vec<T>, len: usize, value: T) {
     make_room(list, len.saturating_sub(list.len()));
     list.resize(len, value);
 }
 
-/// Makes a list at least this long, with zeros at its end. They are memory that nothing touches, as long as nobody does.
+/// Extends a list to at least this length with zeros. The new memory stays untouched until someone
+/// writes to it.
 pub(crate) fn zeros(list: &mut Vec<u32>, len: usize) {
     if list.len() < len {
-        // A longer list that is written to would touch all of it.
+        // Growing the list in place would write to all of it.
         let mut longer = vec![0; len + len / 8];
         longer[..list.len()].copy_from_slice(list);
         *list = longer;
     }
 }
 
-/// Watches how much of their room lists need that are filled anew in each step.
+/// Tracks the capacity needed by lists that each step fills anew.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slack {
     most: usize,
@@ -45,7 +47,7 @@ pub(crate) struct Slack {
 }
 
 impl Slack {
-    /// Takes down that a list was as long as this; now and then tells what capacity is enough.
+    /// Records the length of a list; once per period returns the capacity that is enough.
     pub(crate) fn look(&mut self, len: usize) -> Option<usize> {
         self.most = self.most.max(len);
         self.looks += 1;

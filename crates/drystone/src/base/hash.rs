@@ -1,4 +1,4 @@
-//! The hash of a state: 64 bits over the bits of numbers, in the order they are fed.
+//! The hash of a state: 64 bits from the bits of numbers, in the order of input.
 
 use super::math::Vec3;
 
@@ -14,13 +14,13 @@ impl Default for StateHash {
 }
 
 impl StateHash {
-    /// Feeds one word.
+    /// Adds one word.
     #[inline]
     pub(crate) fn word(&mut self, w: u32) {
         self.0 = (self.0 ^ u64::from(w)).wrapping_mul(0xff51_afd7_ed55_8ccd).rotate_left(31);
     }
 
-    /// Feeds the bits of some numbers.
+    /// Adds the bits of some numbers.
     #[inline]
     pub(crate) fn floats(&mut self, values: &[f32]) {
         for v in values {
@@ -28,24 +28,24 @@ impl StateHash {
         }
     }
 
-    /// Feeds the bits of a vector.
+    /// Adds the bits of a vector.
     pub(crate) fn vector(&mut self, v: Vec3) {
         self.floats(&v.to_array());
     }
 
-    /// Feeds some words.
+    /// Adds some words.
     pub(crate) fn words(&mut self, words: &[u32]) {
         words.iter().for_each(|w| self.word(*w));
     }
 
-    /// Feeds how many there are of something.
+    /// Adds a count.
     pub(crate) fn count(&mut self, n: usize) {
         // Lists of a world are shorter than 2^32.
         #[expect(clippy::cast_possible_truncation, reason = "any bits will do for a hash")]
         self.word(n as u32);
     }
 
-    /// The hash of all that was fed.
+    /// Returns the hash of all input.
     #[must_use]
     pub(crate) fn finish(self) -> u64 {
         let mut h = self.0;

@@ -5,7 +5,7 @@ use core::num::NonZeroU32;
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-/// What every id is made of: a slot and the generation of what lives in it.
+/// The content of every id: a slot and the generation of its occupant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct RawId {
@@ -20,14 +20,14 @@ impl RawId {
         Self { index, generation }
     }
 
-    /// The slot.
+    /// Slot number.
     #[must_use]
     #[inline]
     pub(crate) const fn index(self) -> u32 {
         self.index
     }
 
-    /// The generation: one more for each thing that lived in the slot.
+    /// Generation: incremented for each occupant of the slot.
     #[must_use]
     #[inline]
     pub(crate) const fn generation(self) -> NonZeroU32 {
@@ -43,7 +43,7 @@ macro_rules! id {
         pub struct $name(pub(crate) RawId);
 
         impl $name {
-            /// The slot number: stable while the thing lives, reused afterwards.
+            /// The slot number: stable while the object lives, reused afterwards.
             #[must_use]
             #[inline]
             pub const fn index(self) -> u32 {
@@ -56,8 +56,8 @@ macro_rules! id {
                 ((self.0.generation().get() as u64) << 32) | self.0.index() as u64
             }
 
-            /// The id of which [`Self::to_bits`] gave this number; `None` of a number that no id has. Whether it names
-            /// anything that is there a world tells.
+            /// The id with these [`Self::to_bits`]; `None` if no id has them. A world determines
+            /// whether the id refers to an existing object.
             #[must_use]
             pub const fn from_bits(bits: u64) -> Option<Self> {
                 #[expect(clippy::cast_possible_truncation, reason = "the lower half")]
@@ -84,22 +84,22 @@ macro_rules! id {
 }
 
 id! {
-    /// Names a body of a world.
+    /// Identifies a body of a world.
     BodyId
 }
 id! {
-    /// Names a shape of a world.
+    /// Identifies a shape of a world.
     ShapeId
 }
 id! {
-    /// Names a joint of a world.
+    /// Identifies a joint of a world.
     JointId
 }
 id! {
-    /// Names a particle of a world.
+    /// Identifies a particle of a world.
     ParticleId
 }
 id! {
-    /// Names a distance constraint between two particles of a world.
+    /// Identifies a distance constraint between two particles of a world.
     LinkId
 }

@@ -1,5 +1,6 @@
-//! Who runs the chunks of a parallel stage: the caller alone, our own team, or the user's threads. And how a stage shares out its
-//! work: where chunks are ranges of a slice, each is given its own.
+//! Execution of the chunks of a parallel stage: by the caller alone, by this crate's team, or by
+//! the user's threads. Also functions that share out work: where chunks are ranges of a slice, each
+//! chunk gets its own range.
 #![expect(unsafe_code, reason = "lends each chunk its own items")]
 
 use core::fmt::Debug;
@@ -10,25 +11,29 @@ use super::disjoint::{Apart, Rows};
 use super::stamps;
 use super::team::Team;
 
-/// Runs numbered chunks of work. Bring your own threads by implementing it.
+/// Runs numbered chunks of work. Implement it to use your own threads.
 ///
-/// The result of a step never depends on the executor: chunks write only what is theirs. A step does not rely on what is said here
-/// either. It asks once how many workers there are (and believes in 1 to 256), ignores a chunk that was run before or does not
-/// exist, gives out the workers' numbers itself, and has the caller run what is left when `run` returns. If `run` panics, the
-/// caller does the rest of the step, and the panic goes on when it is over. That takes some 30 ns a chunk, which a
-/// [`Team`](crate::threads::Team) is spared.
+/// The result of a step never depends on the executor: each chunk writes only its own data. A step
+/// does not rely on this contract either. It reads the number of workers once (and accepts 1 to
+/// 256), and assigns the workers' numbers itself. It ignores a chunk that ran before or does not
+/// exist, and has the caller run the remaining chunks when `run` returns. If `run` panics, the
+/// caller does the rest of the step, and the panic resumes afterwards. These checks take some 30 ns
+/// per chunk; a [`Team`](crate::threads::Team) runs without them.
 pub trait Executor: Send + Sync + Debug {
-    /// Number of workers, the caller included; at least 1 (with 0 the caller does all the work). Worker numbers are below it.
+    /// Number of workers, the caller included; at least 1 (with 0 the caller does all the work).
+    /// Worker numbers are below it.
     fn workers(&self) -> usize;
 
     /// Calls `task(worker, chunk)` once for every chunk below `chunks`, on any worker in any order,
-    /// and returns when all calls have returned. Two calls at one time have different workers. A worker had better get the same
-    /// part of the chunks each time, for what it wrote in the last step is in its own cache. Only the time depends on it.
+    /// and returns when all calls have returned. Two concurrent calls have different workers. For
+    /// cache locality, give a worker the same part of the chunks on every call: it then finds the
+    /// data of the last step in its own cache. This affects only time.
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync));
 
-    /// Phases that follow one another over the same items: calls `task(worker, phase, chunk)` once for every chunk below
-    /// `chunks(phase)`, and those of a phase when all calls of the one before have returned. A step calls it of a
-    /// [`Team`](crate::threads::Team) only; of other executors it calls [`Self::run`] for each phase.
+    /// Runs phases that follow one another over the same items. Calls `task(worker, phase, chunk)`
+    /// once for every chunk below `chunks(phase)`. The calls of a phase start when all calls of the
+    /// previous phase have returned. A step uses this only with a [`Team`](crate::threads::Team);
+    /// for other executors it calls [`Self::run`] for each phase.
     fn run_in_series(
         &self,
         phases: usize,
@@ -40,19 +45,19 @@ pub trait Executor: Send + Sync + Debug {
         }
     }
 
-    /// Which of this crate's own executors it is, whose contract is known to hold. Its types have no name outside: nobody else can
-    /// answer.
+    /// Identifies this crate's own executors, whose contract is guaranteed. Its types cannot be
+    /// named outside this crate, so no other executor can claim to be one.
     #[doc(hidden)]
     fn known(&self, _: known::Ask) -> known::Known<'_> {
         known::Known::No
     }
 }
 
-/// How a step tells this crate's own executors from others.
+/// Distinguishes this crate's own executors from others.
 pub(crate) mod known {
     use super::Team;
 
-    /// Only this crate asks.
+    /// A token that only this crate can create.
     #[derive(Debug)]
     pub struct Ask(());
 
@@ -62,7 +67,7 @@ pub(crate) mod known {
         }
     }
 
-    /// The answer.
+    /// The kind of an executor.
     #[derive(Debug)]
     pub enum Known<'a> {
         /// [`super::Inline`].
@@ -94,19 +99,19 @@ impl Executor for Inline {
     }
 }
 
-/// Who does the work of a step: always somebody who keeps the contract of [`Executor`].
+/// The executor of a step: always one that keeps the contract of [`Executor`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Jobs<'a> {
     /// The caller alone.
     Inline,
-    /// Our own threads.
+    /// The threads of a team.
     Team(&'a Team),
-    /// Threads of a user.
+    /// The threads of a user.
     Checked(&'a Checked<'a>),
 }
 
 impl Jobs<'_> {
-    /// At least 1.
+    /// Number of workers, at least 1.
     pub(crate) fn workers(&self) -> usize {
         match self {
             Self::Inline => 1,
@@ -115,7 +120,7 @@ impl Jobs<'_> {
         }
     }
 
-    /// As [`Executor::run`].
+    /// Like [`Executor::run`].
     fn run(&self, chunks: usize, task: impl Fn(usize, usize) + Sync) {
         let phase = stamps::phases(1);
         let task = |worker, chunk| stamps::within(phase, chunk, || task(worker, chunk));
@@ -126,7 +131,7 @@ impl Jobs<'_> {
         }
     }
 
-    /// As [`Executor::run_in_series`].
+    /// Like [`Executor::run_in_series`].
     fn run_in_series(
         &self,
         phases: usize,
@@ -151,27 +156,28 @@ impl Jobs<'_> {
         }
     }
 
-    /// The caller is alone, and need not cut its work in pieces; debug builds do, to compare what they take.
+    /// Returns whether the caller is alone and need not split its work; debug builds split it, to
+    /// check the claims of chunks.
     #[inline]
     fn is_alone(&self) -> bool {
         self.workers() <= 1 && stamps::is_in_chunk()
     }
 }
 
-/// The bounds of chunk `chunk` when `n` items are cut into pieces of `grain`.
+/// Range of chunk `chunk` when `n` items are split into pieces of `grain`.
 fn range_of(chunk: usize, grain: usize, n: usize) -> Range<usize> {
     chunk * grain..((chunk + 1) * grain).min(n)
 }
 
-/// A piece size of at least `least` that gives every worker a few pieces to claim.
+/// Returns a piece size of at least `least` that gives every worker a few pieces to claim.
 ///
-/// Only results that do not depend on where pieces begin may use it: it depends on the workers.
+/// Use it only if the result does not depend on the piece boundaries: these depend on the workers.
 pub(crate) fn grain(jobs: &Jobs<'_>, n: usize, least: usize) -> usize {
     n.div_ceil(jobs.workers() * 4).max(least)
 }
 
-/// The same for items of which one may be a hundred times the work of another: more and smaller pieces, so that no worker
-/// has a last one that takes long.
+/// Like [`grain`], for items whose work may differ by a factor of a hundred: more and smaller
+/// pieces, so that no worker has a long last piece.
 pub(crate) fn fine_grain(jobs: &Jobs<'_>, n: usize, least: usize) -> usize {
     n.div_ceil(jobs.workers() * 16).max(least)
 }
@@ -188,15 +194,16 @@ pub(crate) fn for_ranges(jobs: &Jobs<'_>, n: usize, grain: usize, f: impl Fn(Ran
     jobs.run(chunks, |_, chunk| f(range_of(chunk, grain, n)));
 }
 
-/// Calls `f` with ranges of about `least` indices below `n` or more, a few for each worker, the same ones for the same
-/// worker in each phase that has so many.
+/// Calls `f` with ranges of about `least` indices below `n` or more, a few per worker. A worker
+/// gets the same ranges in each phase with the same `n`.
 ///
-/// Only results that do not depend on where ranges begin may use it: it depends on the workers.
+/// Use it only if the result does not depend on the range boundaries: these depend on the workers.
 pub(crate) fn for_shares(jobs: &Jobs<'_>, n: usize, least: usize, f: impl Fn(Range<usize>) + Sync) {
     for_series(jobs, 1, |_| n, least, |_, range| f(range));
 }
 
-/// Phases like that one after the other, phase k over `items(k)` indices: `f(k, range)`.
+/// Runs phases as in [`for_shares`], one after the other; phase k covers `items(k)` indices. Calls
+/// `f(k, range)`.
 pub(crate) fn for_series(
     jobs: &Jobs<'_>,
     phases: usize,
@@ -218,13 +225,13 @@ pub(crate) fn for_series(
     });
 }
 
-/// In how many pieces `n` items are shared out: as many for each worker if there is enough for all.
+/// Number of pieces for `n` items: the same for each worker if there are enough items.
 fn shares(n: usize, least: usize, workers: usize) -> usize {
     let pieces = n.div_ceil(least.max(1)).min(8 * workers);
     if pieces < workers { pieces } else { pieces.next_multiple_of(workers).min(n) }
 }
 
-/// Calls `f(worker, index)` for every index below `n`, each a chunk of its own.
+/// Calls `f(worker, index)` for every index below `n`, one chunk per index.
 pub(crate) fn for_each(jobs: &Jobs<'_>, n: usize, f: impl Fn(usize, usize) + Sync) {
     if n <= 1 || jobs.is_alone() {
         for i in 0..n {
@@ -235,7 +242,7 @@ pub(crate) fn for_each(jobs: &Jobs<'_>, n: usize, f: impl Fn(usize, usize) + Syn
     jobs.run(n, f);
 }
 
-/// Calls each task, and `f(index)` for every index below `n`, side by side.
+/// Calls each task, and `f(index)` for every index below `n`, in parallel.
 pub(crate) fn side_by_side(
     jobs: &Jobs<'_>,
     tasks: &mut [&mut (dyn FnMut() + Send)],
@@ -243,7 +250,7 @@ pub(crate) fn side_by_side(
     f: impl Fn(usize) + Sync,
 ) {
     let count = tasks.len();
-    // SAFETY: each task is of one chunk, and `Jobs` runs a chunk once.
+    // SAFETY: each task belongs to one chunk, and `Jobs` runs a chunk once.
     let tasks = Rows::new(tasks, unsafe { Apart::promise() });
     for_each(jobs, count + n, |_, k| match k.checked_sub(count) {
         None => tasks.row(k)(),
@@ -266,7 +273,7 @@ pub(crate) fn for_items<T: Send>(
         }
         return;
     }
-    // SAFETY: the ranges of chunks are apart, and `Jobs` runs a chunk once.
+    // SAFETY: the ranges of chunks are disjoint, and `Jobs` runs a chunk once.
     let rows = Rows::new(items, unsafe { Apart::promise() });
     jobs.run(chunks, |_, chunk| {
         let range = range_of(chunk, grain, n);
@@ -274,7 +281,8 @@ pub(crate) fn for_items<T: Send>(
     });
 }
 
-/// Calls `f(k, items)` with the k-th run of `size` items, each a chunk of its own; the last may be shorter.
+/// Calls `f(k, items)` with the k-th run of `size` items, one chunk per run; the last may be
+/// shorter.
 pub(crate) fn for_runs<T: Send>(
     jobs: &Jobs<'_>,
     items: &mut [T],
@@ -282,12 +290,12 @@ pub(crate) fn for_runs<T: Send>(
     f: impl Fn(usize, &mut [T]) + Sync,
 ) {
     let (n, size) = (items.len(), size.max(1));
-    // SAFETY: the ranges of chunks are apart, and `Jobs` runs a chunk once.
+    // SAFETY: the ranges of chunks are disjoint, and `Jobs` runs a chunk once.
     let rows = Rows::new(items, unsafe { Apart::promise() });
     for_each(jobs, n.div_ceil(size), |_, k| f(k, rows.slice(range_of(k, size, n))));
 }
 
-/// What is found in a range of indices; kept, emptied, for the next time.
+/// Output of a range of indices; cleared and reused the next time.
 pub(crate) trait Output: Default + Send {
     fn clear(&mut self);
 }
@@ -298,7 +306,7 @@ impl<T: Send> Output for Vec<T> {
     }
 }
 
-/// Empties all outputs, of which there are at least `n` then.
+/// Clears all outputs and extends the list to at least `n`.
 fn empty<O: Output>(outputs: &mut Vec<O>, n: usize) {
     outputs.resize_with(outputs.len().max(n), O::default);
     for list in outputs {
@@ -306,8 +314,8 @@ fn empty<O: Output>(outputs: &mut Vec<O>, n: usize) {
     }
 }
 
-/// Like [`for_ranges`], with an output for each range: `outputs[k]` belongs to range `k`, so
-/// that reading the lists in order gives what a serial loop would have given. Calls `f(range, output)`.
+/// Like [`for_ranges`], with an output for each range. `outputs[k]` belongs to range `k`, so the
+/// lists in order equal the output of a serial loop. Calls `f(range, output)`.
 pub(crate) fn collect_ranges<O: Output>(
     jobs: &Jobs<'_>,
     n: usize,
@@ -323,7 +331,7 @@ pub(crate) fn collect_ranges<O: Output>(
     });
 }
 
-/// The same, with what each worker has of its own: `f(own, range, output)`.
+/// Like [`collect_ranges`], with each worker's own data: `f(own, range, output)`.
 pub(crate) fn collect_ranges_with<W: Default + Send, O: Output>(
     jobs: &Jobs<'_>,
     n: usize,
@@ -335,14 +343,14 @@ pub(crate) fn collect_ranges_with<W: Default + Send, O: Output>(
     let grain = grain.max(1);
     let chunks = n.div_ceil(grain);
     empty(outputs, chunks);
-    // SAFETY: each output is of one chunk, and `Jobs` runs a chunk once.
+    // SAFETY: each output belongs to one chunk, and `Jobs` runs a chunk once.
     let lists = Rows::new(outputs.as_mut_slice(), unsafe { Apart::promise() });
     for_each_with(jobs, chunks, workers, |own, chunk| {
         f(own, range_of(chunk, grain, n), lists.row(chunk));
     });
 }
 
-/// As [`for_each`], with what each worker has of its own: `f(own, index)`.
+/// Like [`for_each`], with each worker's own data: `f(own, index)`.
 pub(crate) fn for_each_with<W: Default + Send>(
     jobs: &Jobs<'_>,
     n: usize,
@@ -353,7 +361,7 @@ pub(crate) fn for_each_with<W: Default + Send>(
     for_each_in_room(jobs, n, workers, 1, |own, index| f(&mut own[0], index));
 }
 
-/// As [`for_each`], with `size` items for each worker, of which there must be as many: `f(room, index)`.
+/// Like [`for_each`], with `size` items of `rooms` for each worker: `f(room, index)`.
 pub(crate) fn for_each_in_room<T: Send>(
     jobs: &Jobs<'_>,
     n: usize,
@@ -361,7 +369,7 @@ pub(crate) fn for_each_in_room<T: Send>(
     size: usize,
     f: impl Fn(&mut [T], usize) + Sync,
 ) {
-    // SAFETY: `Jobs` gives chunks that run at one time different workers.
+    // SAFETY: `Jobs` gives concurrent chunks different workers.
     let rooms = Rows::of_workers(rooms, unsafe { Apart::promise() });
     for_each(jobs, n, |worker, index| f(rooms.slice(worker * size..(worker + 1) * size), index));
 }

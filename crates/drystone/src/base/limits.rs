@@ -1,23 +1,24 @@
-//! The ranges of all numbers that a user may give: one table, used by every check and shown in `manual/units_and_limits.md`.
+//! The allowed ranges of all numbers from the user: one table, used by every check and shown in
+//! `manual/units_and_limits.md`.
 //!
-//! The bounds are chosen so that products that the engine forms of numbers within them stay normal numbers of
-//! f32: squares of speeds times masses, moments of inertia and their inverses.
+//! The bounds keep the engine's products of such numbers normal numbers of f32: masses times
+//! squared speeds, moments of inertia and their inverses.
 
 /// The range of one kind of number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Limit {
-    /// What it is a limit of.
+    /// The quantity that it limits.
     pub quantity: &'static str,
-    /// Its unit.
+    /// Unit of the quantity.
     pub unit: &'static str,
-    /// Least value; of numbers that may have a sign, the negative of the greatest.
+    /// Minimum value; for signed numbers, the negative of the maximum.
     pub least: f32,
-    /// Greatest value.
+    /// Maximum value.
     pub most: f32,
-    /// 0 is allowed too, below the least value.
+    /// Whether 0 is allowed too, below the minimum.
     pub zero: bool,
-    /// The range in words, as errors give it.
+    /// The range in words, for error messages.
     pub allowed: &'static str,
 }
 
@@ -51,34 +52,34 @@ impl Limit {
     }
 }
 
-/// Length of a step.
+/// Duration of a step.
 pub const TIME_STEP: Limit = Limit::range("time step", "s", [1.0e-6, 10.0], "1e-6 to 10 s");
 /// Coordinates of positions, anchors, centers of mass, and of shapes in their body's frame.
 pub const POSITION: Limit = Limit::signed("position", "m", 1.0e7, "numbers up to 1e7 m");
 /// Lengths of shapes and of links.
 pub const LENGTH: Limit =
     Limit::range("length", "m", [1.0e-5, 1.0e7], "a length from 1e-5 to 1e7 m");
-/// Ways of rays and casts, and the reach of queries.
+/// Displacements of rays and casts, and the reach of queries.
 pub const WAY: Limit = Limit::signed("way of a query", "m", 1.0e9, "numbers up to 1e9 m");
-/// Turns of shape casts, as components of a rotation vector.
+/// Rotations of shape casts, as components of a rotation vector.
 pub const TURN: Limit = Limit::signed("turn of a cast", "rad", 100.0, "numbers up to 100 rad");
-/// Lengths that a joint keeps its anchors apart, and rest lengths of its spring.
+/// Distances that a joint keeps between its anchors, and rest lengths of its spring.
 pub const DISTANCE: Limit = Limit::range("distance of a joint", "m", [0.0, 1.0e9], "0 to 1e9 m");
-/// Components of velocities, linear and angular.
+/// Components of linear and angular velocities.
 pub const SPEED: Limit = Limit::signed("speed", "m/s, rad/s", 1.0e6, "numbers up to 1e6");
-/// Beyond this speed at the end of a step a body or particle is put aside.
+/// Maximum speed at the end of a step; a faster body or particle leaves the simulation.
 pub const SPEED_KEPT: Limit =
     Limit::signed("speed that is kept", "m/s, rad/s", 1.0e8, "numbers up to 1e8");
-/// Beyond this place at the end of a step a body or particle is put aside.
+/// Maximum coordinate at the end of a step; a body or particle beyond it leaves the simulation.
 pub const POSITION_KEPT: Limit =
     Limit::signed("position that is kept", "m", 1.0e9, "numbers up to 1e9 m");
 /// Mass of a dynamic body.
 pub const MASS: Limit = Limit::range("mass of a body", "kg", [1.0e-15, 1.0e15], "1e-15 to 1e15 kg");
-/// Principal moments of inertia of a dynamic body; 0 locks the turn.
+/// Principal moments of inertia of a dynamic body; 0 locks the rotation.
 pub const MOMENT: Limit =
     Limit::range("moment of inertia", "kg m²", [1.0e-30, 1.0e30], "0, or 1e-30 to 1e30 kg m²")
         .or_zero();
-/// Density of a shape; 0 has no mass.
+/// Density of a shape; 0 means no mass.
 pub const DENSITY: Limit =
     Limit::range("density", "kg/m³", [1.0e-9, 1.0e12], "0, or 1e-9 to 1e12 kg/m³").or_zero();
 /// Mass of a particle.
@@ -86,16 +87,16 @@ pub const PARTICLE_MASS: Limit =
     Limit::range("mass of a particle", "kg", [1.0e-9, 1.0e9], "a mass from 1e-9 to 1e9 kg");
 /// Components of gravity.
 pub const GRAVITY: Limit = Limit::signed("gravity", "m/s²", 1.0e6, "numbers up to 1e6 m/s²");
-/// How many times gravity counts.
+/// Factor on gravity.
 pub const GRAVITY_SCALE: Limit = Limit::signed("gravity scale", "1", 1.0e3, "-1000 to 1000");
-/// What forces on a body may add to its velocity: force over mass, torque over moment of inertia.
+/// Acceleration of a body by forces: force over mass, torque over moment of inertia.
 pub const ACCELERATION: Limit = Limit::signed(
     "acceleration by forces",
     "m/s², rad/s²",
     1.0e10,
     "what accelerates the body by up to 1e10 m/s² or rad/s²",
 );
-/// Rates at which velocities decay.
+/// Decay rates of velocities.
 pub const DAMPING: Limit = Limit::range("damping", "1/s", [0.0, 1.0e9], "0 to 1e9 1/s");
 /// Coefficients of friction, static and kinetic.
 pub const FRICTION: Limit = Limit::range("friction", "1", [0.0, 1.0e6], "0 to 1e6");
@@ -104,42 +105,45 @@ pub const RESTITUTION: Limit = Limit::range("restitution", "1", [0.0, 1.0], "0 t
 /// Coefficients of rolling and spinning resistance.
 pub const RESISTANCE: Limit =
     Limit::range("rolling and spinning resistance", "1", [0.0, 1.0e6], "0 to 1e6");
-/// Kinetic energy of a body as it is given: half its mass times the square of its speed, and the same of its turn.
+/// Kinetic energy of a velocity that the user sets: half the mass times the squared speed. Rotation
+/// has the same limit by itself.
 pub const ENERGY: Limit = Limit::range(
     "kinetic energy of a body that is given",
     "J",
     [0.0, 1.0e33],
     "a velocity that gives the body up to 1e33 J",
 );
-/// Frequencies of springs and of softness; 0 where a default is meant.
+/// Frequencies of springs and of softness; 0 where it means a default.
 pub const FREQUENCY: Limit = Limit::range("frequency", "Hz", [0.0, 1.0e6], "0 to 1e6 Hz");
 /// Damping ratios.
 pub const DAMPING_RATIO: Limit = Limit::range("damping ratio", "1", [0.0, 1.0e6], "0 to 1e6");
-/// Coordinates and speeds that drives aim at, and offsets of couplings.
+/// Target coordinates and speeds of drives, and offsets of couplings.
 pub const TARGET: Limit =
     Limit::signed("target of a drive", "m, rad, m/s, rad/s", 1.0e6, "numbers up to 1e6");
 
-/// Length of a typical body in the world's unit of length: see [`WorldConfig::length_scale`](crate::WorldConfig::length_scale).
+/// Length of a typical body in the world's unit of length: see
+/// [`WorldConfig::length_scale`](crate::WorldConfig::length_scale).
 pub const LENGTH_SCALE: Limit =
     Limit::range("length scale", "m", [1.0e-4, 1.0e4], "a length from 1e-4 to 1e4 m");
-/// Fastest push out of an overlap.
+/// Maximum speed of the push out of an overlap.
 pub const PUSH_SPEED: Limit = Limit::range("push speed", "m/s", [1.0e-9, 1.0e6], "1e-9 to 1e6 m/s");
-/// Distances that the configuration gives contacts.
+/// Distances for contacts in the configuration.
 pub const CONTACT_DISTANCE: Limit =
     Limit::range("rest offset, recycling distance", "m", [0.0, 1.0e3], "0 to 1000 m");
-/// Distance within which contacts are looked for.
+/// Search distance for contacts.
 pub const MARGIN: Limit = Limit::range("contact margin", "m", [1.0e-6, 1.0e3], "1e-6 to 1000 m");
-/// Numbers that are only compared with: speeds of rest, of a hit, of a bounce, time to sleep, ratios of mass.
+/// Numbers that are only compared with: speeds of rest, of a hit, of a bounce, time to sleep,
+/// ratios of mass.
 pub const THRESHOLD: Limit =
     Limit::range("threshold", "any", [0.0, f32::MAX], "a finite number of at least 0");
-/// The same, above 0.
+/// Such a number, above 0.
 pub const THRESHOLD_ABOVE_ZERO: Limit = Limit::range(
     "threshold of load",
     "1",
     [f32::MIN_POSITIVE, f32::MAX],
     "a finite number above 0",
 );
-/// Greatest factor of load-adaptive inertia; 0: the method's own.
+/// Maximum factor of load-adaptive inertia; 0: the method's default.
 pub const INERTIA_FACTOR: Limit = Limit::range(
     "factor of load-adaptive inertia",
     "1",
@@ -207,7 +211,7 @@ mod tests {
         }
     }
 
-    /// What the module's text promises: squares of what is allowed together are normal numbers.
+    /// Checks the promise of the module's text: products of allowed numbers are normal numbers.
     #[test]
     fn products_of_what_is_allowed_are_normal_numbers() {
         for product in [

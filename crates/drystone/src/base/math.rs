@@ -1,5 +1,5 @@
-//! Vectors and matrices. Plain `repr(C)` structs of `f32`; every operation is a fixed sequence of
-//! IEEE `+ - * /` and `sqrt`, so results are the same bits on every target.
+//! Vectors and matrices. Plain `repr(C)` structs of `f32`. Every operation is a fixed sequence of
+//! IEEE `+ - * /` and `sqrt`, so results have the same bits on every target.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -19,15 +19,15 @@ pub struct Vec3 {
     pub z: f32,
 }
 
-/// Makes a [`Vec3`]; short for literals.
+/// Constructs a [`Vec3`]; short for literals.
 #[must_use]
 #[inline]
 pub const fn vec3(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3 { x, y, z }
 }
 
-/// The nearest number that f32 has: what is beyond its range becomes its greatest number, what is no number 0. For
-/// results that are told to a user.
+/// Returns the nearest finite number: clamps infinities to the largest f32, and turns NaN into 0.
+/// For results that users see.
 #[must_use]
 pub(crate) fn bounded(value: f32) -> f32 {
     if value.is_nan() { 0.0 } else { value.clamp(-f32::MAX, f32::MAX) }
@@ -45,7 +45,7 @@ impl Vec3 {
     /// (0, 0, 1).
     pub const Z: Self = vec3(0.0, 0.0, 1.0);
 
-    /// All three components the same.
+    /// The same value in all three components.
     #[must_use]
     #[inline]
     pub const fn splat(value: f32) -> Self {
@@ -84,7 +84,7 @@ impl Vec3 {
         self.length_squared().sqrt()
     }
 
-    /// The unit vector along this one, or `None` if its length is zero, tiny or not finite.
+    /// Returns the unit vector along this one, or `None` if its length is zero, tiny or not finite.
     #[must_use]
     #[inline]
     pub fn try_normalize(self) -> Option<Self> {
@@ -92,14 +92,15 @@ impl Vec3 {
         (length > 1.0e-18 && length.is_finite()).then(|| self * (1.0 / length))
     }
 
-    /// The unit vector along this one, or `fallback` where [`Self::try_normalize`] has none.
+    /// Returns the unit vector along this one, or `fallback` where [`Self::try_normalize`] is
+    /// `None`.
     #[must_use]
     #[inline]
     pub fn normalize_or(self, fallback: Self) -> Self {
         self.try_normalize().unwrap_or(fallback)
     }
 
-    /// With each component as [`bounded`] gives it.
+    /// Applies [`bounded`] to each component.
     #[must_use]
     pub(crate) fn bounded(self) -> Self {
         vec3(bounded(self.x), bounded(self.y), bounded(self.z))
@@ -165,17 +166,17 @@ impl Vec3 {
     #[must_use]
     #[inline]
     pub fn is_finite(self) -> bool {
-        // What is infinite or NaN is NaN times 0.
+        // An infinity or NaN times 0 is NaN.
         let Self { x, y, z } = self * 0.0;
         x + y + z == 0.0
     }
 
-    /// A unit vector at right angles to this unit vector; depends on it alone, so that the tangents
-    /// of a contact are the same in every step that has the same normal.
+    /// Returns a unit vector perpendicular to this unit vector. The result depends on this vector
+    /// alone, so the tangents of a contact are the same in every step with the same normal.
     #[must_use]
     #[inline]
     pub fn any_perpendicular(self) -> Self {
-        // The component that is surely not the only large one is dropped: 1/sqrt(3) < 0.58.
+        // Drops a component that cannot be the only large one: 1/sqrt(3) < 0.58.
         let p = if self.x.abs() < 0.58 {
             vec3(0.0, self.z, -self.y)
         } else {
@@ -192,14 +193,14 @@ impl Vec3 {
     }
 }
 
-/// The smaller of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+/// The smaller of two numbers; `b` if either is NaN. A compare and a select: equal on all targets.
 #[must_use]
 #[inline]
 pub(crate) fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The larger of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+/// The larger of two numbers; `b` if either is NaN. A compare and a select: equal on all targets.
 #[must_use]
 #[inline]
 pub(crate) fn greater(a: f32, b: f32) -> f32 {
@@ -277,7 +278,7 @@ impl MulAssign<f32> for Vec3 {
 
 impl Index<usize> for Vec3 {
     type Output = f32;
-    /// Component `i`; an `i` of 2 or more is the third.
+    /// Component `i`; every `i` of 2 or more is the third.
     #[inline]
     fn index(&self, i: usize) -> &f32 {
         match i {

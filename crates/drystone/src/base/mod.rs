@@ -1,4 +1,4 @@
-//! Layer 0: numbers, ids, containers, lanes, the worker team. Knows nothing of physics.
+//! Layer 0: numbers, ids, containers, lanes, the worker team. Independent of physics.
 
 pub mod limits;
 pub(crate) mod math;

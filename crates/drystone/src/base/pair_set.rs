@@ -1,5 +1,5 @@
-//! A set of 64-bit keys: which pairs of shapes have a contact. Never iterated, so its order cannot
-//! be observed: neither can who of several workers was first.
+//! A set of 64-bit keys: the pairs of shapes that have a contact. It is never iterated, so neither
+//! its order nor the order of insertion by several workers can be observed.
 #![expect(
     unsafe_code,
     reason = "a copy of keys as plain memory: one by one they are half of what their contacts take"
@@ -10,7 +10,7 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use super::jobs::{Jobs, for_ranges, grain};
 use super::wide::prefetch;
 
-/// So many keys ahead their places are asked for.
+/// Prefetch distance, in keys.
 const AHEAD: usize = 8;
 
 /// Open addressing with linear probing; key 0 is reserved.
@@ -27,15 +27,15 @@ impl Clone for PairSet {
         copy
     }
 
-    /// Into the list that is there.
+    /// Copies into the existing list.
     fn clone_from(&mut self, from: &Self) {
         let n = from.keys.len();
         self.keys.truncate(n);
         self.keys.reserve_exact(n - self.keys.len());
         self.keys.resize_with(n, AtomicU64::default);
         let (to, from_keys) = (self.keys.as_mut_ptr(), from.keys.as_ptr());
-        // SAFETY: both lists have `n` keys and are not the same one. Keys are written through a shared set only within
-        // `insert_new`, which borrows the set mutably.
+        // SAFETY: both lists have `n` keys and are not the same list. Keys are written through a
+        // shared set only within `insert_new`, which borrows the set mutably.
         unsafe { core::ptr::copy_nonoverlapping(from_keys, to, n) };
         self.len = from.len;
     }
@@ -86,7 +86,7 @@ impl PairSet {
         }
     }
 
-    /// Asks for the place of a key, which will be needed soon. Changes nothing but time.
+    /// Prefetches the slot of a key. Affects only time.
     #[inline]
     pub(crate) fn prefetch(&self, key: u64) {
         if !self.keys.is_empty() {
@@ -94,7 +94,7 @@ impl PairSet {
         }
     }
 
-    /// Adds `key`; false if it was there.
+    /// Adds `key`; returns false if it was already in the set.
     pub(crate) fn insert(&mut self, key: u64) -> bool {
         if 2 * (self.len + 1) > self.keys.len() {
             self.grow(self.len + 1, &Jobs::Inline);
@@ -112,7 +112,7 @@ impl PairSet {
         true
     }
 
-    /// Adds keys that are not there yet, each once.
+    /// Adds keys that are not yet in the set; each key occurs once.
     pub(crate) fn insert_new(&mut self, keys: &[u64], jobs: &Jobs<'_>) {
         let len = self.len + keys.len();
         if 2 * len > self.keys.len() {
@@ -122,7 +122,7 @@ impl PairSet {
         self.len = len;
     }
 
-    /// Gives each key a place. A world of one thread needs no exchange for that.
+    /// Claims a slot for each key. A world of one thread needs no atomic exchange for this.
     fn claim_all<T: Sync>(&mut self, keys: &[T], key: impl Fn(&T) -> u64 + Sync, jobs: &Jobs<'_>) {
         let alone = jobs.workers() == 1;
         let set = &*self;
@@ -168,7 +168,7 @@ impl PairSet {
             hole = self.after(hole);
         }
         self.len -= 1;
-        // Close the gap: pull back every later key of the run that may stand in the hole.
+        // Closes the gap: moves back every later key of the run that may stand in the hole.
         let mut i = hole;
         loop {
             self.put(hole, 0);
@@ -189,7 +189,7 @@ impl PairSet {
         }
     }
 
-    /// Makes room for `len` keys in all.
+    /// Grows the table for `len` keys in total.
     fn grow(&mut self, len: usize, jobs: &Jobs<'_>) {
         let room = (2 * len).next_power_of_two().max(64);
         let new = core::iter::repeat_with(AtomicU64::default).take(room).collect();
@@ -230,7 +230,7 @@ mod tests {
         };
         for workers in 1..=4 {
             let (team, mut set) = (Team::new(workers), PairSet::default());
-            // Into a table that grows, and one that has room.
+            // Into a table that grows, and one that has space.
             for range in [1..10_000, 10_000..15_000, 15_000..30_000, 40_000..41_000] {
                 set.insert_new(&keys(range), &Jobs::Team(&team));
             }

@@ -1,6 +1,6 @@
-//! A table that grows piece by piece: what it has never moves, so that growth is no more work when it is large. (A heap
-//! that falls together makes ten times as many contacts within a second: as one list that grows by an eighth they
-//! were copied seventeen times.)
+//! A table that grows piece by piece. Its rows never move, so growth costs no more when the table
+//! is large. (A collapsing heap creates ten times as many contacts within a second. As one list
+//! that grows by an eighth they were copied seventeen times.)
 #![expect(unsafe_code, reason = "shared access to rows that the caller keeps apart")]
 
 use core::cell::UnsafeCell;
@@ -15,21 +15,22 @@ use super::disjoint::Apart;
 use super::stamps;
 use super::wide::{prefetch_line, prefetch_lines};
 
-/// Rows of a piece. The first is shorter while the table is.
+/// Number of rows of a piece. The first piece is shorter while the table is.
 const PIECE: usize = 1024;
 
-/// Rows in pieces. A row that nothing was put in is the default.
+/// Rows in pieces. An unused row has the default value.
 #[derive(Debug, Default)]
 pub(crate) struct Pieces<T> {
     pieces: Vec<Box<[UnsafeCell<T>]>>,
     len: usize,
 }
 
-// SAFETY: `&Pieces` gives out `&T` only, and no `PieceRows` lives beside it: that borrows the table mutably.
+// SAFETY: `&Pieces` gives out `&T` only, and no `PieceRows` exists at the same time: it borrows the
+// table mutably.
 unsafe impl<T: Sync> Sync for Pieces<T> {}
 
-/// Rows own nothing, so a copy of their bits is a copy of them: as memory, for they are most of what a copy of a world takes.
-/// (Row by row it took half as long again.)
+/// Rows own nothing, so a copy of their bits is a valid copy. They are copied as plain memory,
+/// since they are most of a world's copy. (Row by row took half as long again.)
 impl<T: Clone + Default> Clone for Pieces<T> {
     fn clone(&self) -> Self {
         let mut copy = Self::default();
@@ -37,7 +38,7 @@ impl<T: Clone + Default> Clone for Pieces<T> {
         copy
     }
 
-    /// Into the pieces that are there, which stay if there are more.
+    /// Copies into the existing pieces; surplus pieces stay.
     fn clone_from(&mut self, from: &Self) {
         const { assert!(!core::mem::needs_drop::<T>(), "rows that own something are cloned one by one") };
         for row in from.len..self.len {
@@ -51,15 +52,16 @@ impl<T: Clone + Default> Clone for Pieces<T> {
         for (piece, from) in self.pieces.iter_mut().zip(&from.pieces) {
             let n = left.min(from.len());
             let (from, to) = (&from[..n], &mut piece[..n]);
-            // SAFETY: two slices of `n` rows, apart since one is borrowed mutably; rows can be cloned and own nothing, so their
-            // bits are values of their own; nobody writes to `from` while it is borrowed: see `Sync`.
+            // SAFETY: two slices of `n` rows, disjoint since one is borrowed mutably. Rows can be
+            // cloned and own nothing, so their bits are independent values. Nobody writes to `from`
+            // while it is borrowed: see `Sync`.
             unsafe { core::ptr::copy_nonoverlapping(from.as_ptr(), to.as_mut_ptr(), n) };
             left -= n;
         }
     }
 }
 
-/// As a list of its rows.
+/// Serializes a list of the rows.
 #[cfg(feature = "serde")]
 impl<T: Default + Serialize> Serialize for Pieces<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -102,18 +104,18 @@ impl<T: Default> Pieces<T> {
         Some(self.pieces.get_mut(i / PIECE)?.get_mut(i % PIECE)?.get_mut())
     }
 
-    /// Rows in order.
+    /// Iterates over the rows in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
         (0..self.len).filter_map(|i| self.get(i))
     }
 
-    /// Adds an empty row.
+    /// Appends a default row.
     pub(crate) fn push_default(&mut self) {
         self.make_room(1);
         self.len += 1;
     }
 
-    /// Makes room for `more` rows.
+    /// Reserves space for `more` rows.
     pub(crate) fn make_room(&mut self, more: usize) {
         let needed = self.len + more;
         let empty = |n: usize| (0..n).map(|_| UnsafeCell::default());
@@ -134,14 +136,15 @@ impl<T: Default> Pieces<T> {
         }
     }
 
-    /// Row `i`, which is there.
+    /// Returns row `i`, which must exist.
     #[inline(always)]
     pub(crate) fn read(&self, i: usize) -> &T {
         // SAFETY: nobody writes while `self` is borrowed: see `Sync`.
         unsafe { &*self.pieces[i / PIECE][i % PIECE].get() }
     }
 
-    /// Asks for the first and another cache line of row `i`, if there is such a row. Changes nothing but time.
+    /// Prefetches the first cache line and one other of row `i`, if there is such a row. Affects
+    /// only time.
     #[inline(always)]
     pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
         if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
@@ -160,7 +163,7 @@ impl<T: Default> Pieces<T> {
     }
 }
 
-/// As [`super::disjoint::Rows`], of a table in pieces: see [`Apart::promise`].
+/// Like [`super::disjoint::Rows`], for a table in pieces: see [`Apart::promise`].
 #[derive(Debug)]
 pub(crate) struct PieceRows<'a, T> {
     pieces: &'a [Box<[UnsafeCell<T>]>],
@@ -168,12 +171,13 @@ pub(crate) struct PieceRows<'a, T> {
     stamped: bool,
 }
 
-// SAFETY: a `PieceRows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where `T: Sync`.
+// SAFETY: a `PieceRows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where
+// `T: Sync`.
 unsafe impl<T: Send> Send for PieceRows<'_, T> {}
-// SAFETY: as above; that no row is taken by two at a time was promised when it was made.
+// SAFETY: as above; the promise at its construction says that no row is taken twice at a time.
 unsafe impl<T: Send> Sync for PieceRows<'_, T> {}
 
-// By hand: a derive would ask that `T` can be copied too.
+// Written by hand: a derive would require `T: Clone` or `T: Copy`.
 impl<T> Clone for PieceRows<'_, T> {
     fn clone(&self) -> Self {
         *self
@@ -183,7 +187,7 @@ impl<T> Clone for PieceRows<'_, T> {
 impl<T> Copy for PieceRows<'_, T> {}
 
 impl<T> PieceRows<'_, T> {
-    /// Row `i`.
+    /// Returns row `i`.
     #[inline(always)]
     #[expect(clippy::mut_from_ref, reason = "who made it promised that rows are kept apart")]
     pub(crate) fn row(&self, i: usize) -> &mut T {
@@ -196,7 +200,8 @@ impl<T> PieceRows<'_, T> {
         unsafe { &mut *cell.get() }
     }
 
-    /// Row `i`, to read: one of the caller's own, or one that nobody writes in this phase.
+    /// Returns row `i` for reading: one of the caller's own, or one that nobody writes in this
+    /// phase.
     #[inline(always)]
     pub(crate) fn read(&self, i: usize) -> &T
     where
@@ -211,7 +216,8 @@ impl<T> PieceRows<'_, T> {
         unsafe { &*cell.get() }
     }
 
-    /// Asks for the first `lines` cache lines of row `i`, if there is such a row. Changes nothing but time.
+    /// Prefetches the first `lines` cache lines of row `i`, if there is such a row. Affects only
+    /// time.
     #[inline(always)]
     pub(crate) fn prefetch(&self, i: usize, lines: usize) {
         if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
@@ -219,7 +225,7 @@ impl<T> PieceRows<'_, T> {
         }
     }
 
-    /// And for the first and another one of them: an empty row is told by the first.
+    /// Prefetches the first cache line, which shows whether the row is empty, and one other.
     #[inline(always)]
     pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
         if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
@@ -248,7 +254,7 @@ mod tests {
         let copy = table.clone();
         let mut other = copy.clone();
         for rows in [7, PIECE, 3 * PIECE] {
-            // What was there more is empty again, wherever it was.
+            // The surplus rows are empty again, wherever they were.
             let mut small = Pieces::default();
             (0..rows).for_each(|_| small.push_default());
             other.clone_from(&small);
@@ -284,7 +290,7 @@ mod tests {
         let mut table = Pieces::<usize>::default();
         table.make_room(n);
         (0..n).for_each(|_| table.push_default());
-        // SAFETY: each row is of one range.
+        // SAFETY: each row belongs to one range.
         let rows = table.lend(unsafe { Apart::promise() });
         for_ranges(&Jobs::Team(&Team::new(2)), n, 100, |range| {
             for i in range {

@@ -18,10 +18,10 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// No motion.
+    /// The identity transform.
     pub const IDENTITY: Self = Self { position: Vec3::ZERO, rotation: Quat::IDENTITY };
 
-    /// The transform that rotates by `rotation` and then moves by `position` [m].
+    /// The transform that rotates by `rotation` and then translates by `position` [m].
     #[must_use]
     pub fn new(position: impl Into<Vec3>, rotation: impl Into<Quat>) -> Self {
         Self { position: position.into(), rotation: rotation.into() }
@@ -33,42 +33,42 @@ impl Pose {
         Self::new(position, Quat::IDENTITY)
     }
 
-    /// A local point in the outer frame.
+    /// Converts a local point to the outer frame.
     #[must_use]
     #[inline]
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.rotation.rotate(p) + self.position
     }
 
-    /// A local direction in the outer frame.
+    /// Converts a local direction to the outer frame.
     #[must_use]
     #[inline]
     pub fn direction(&self, v: Vec3) -> Vec3 {
         self.rotation.rotate(v)
     }
 
-    /// An outer point in the local frame.
+    /// Converts an outer point to the local frame.
     #[must_use]
     #[inline]
     pub fn local_point(&self, p: Vec3) -> Vec3 {
         self.rotation.unrotate(p - self.position)
     }
 
-    /// An outer direction in the local frame.
+    /// Converts an outer direction to the local frame.
     #[must_use]
     #[inline]
     pub fn local_direction(&self, v: Vec3) -> Vec3 {
         self.rotation.unrotate(v)
     }
 
-    /// `inner`, which is given in this frame, in the outer frame.
+    /// Converts `inner`, a pose in this frame, to the outer frame.
     #[must_use]
     #[inline]
     pub fn compose(&self, inner: &Self) -> Self {
         Self { position: self.point(inner.position), rotation: self.rotation * inner.rotation }
     }
 
-    /// `other` as seen from this frame.
+    /// Returns `other` relative to this frame.
     #[must_use]
     #[inline]
     pub fn relative(&self, other: &Self) -> Self {
@@ -78,7 +78,7 @@ impl Pose {
         }
     }
 
-    /// The opposite transform.
+    /// The inverse transform.
     #[must_use]
     #[inline]
     pub fn inverse(&self) -> Self {
@@ -88,7 +88,8 @@ impl Pose {
         }
     }
 
-    /// The pose that is this part of the way from here to `other`, 0 to 1: places on a line, rotations the shorter way round.
+    /// Interpolates from this pose to `other` by the fraction `part`, 0 to 1: positions on a line,
+    /// rotations along the shorter arc.
     #[must_use]
     pub fn lerp(&self, other: &Self, part: f32) -> Self {
         let position = self.position + (other.position - self.position) * part;

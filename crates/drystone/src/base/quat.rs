@@ -33,7 +33,7 @@ impl Quat {
     /// No rotation.
     pub const IDENTITY: Self = Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };
 
-    /// The quaternion with these four numbers; not normalized.
+    /// The quaternion with these four components; not normalized.
     #[must_use]
     #[inline]
     pub const fn new(x: f32, y: f32, z: f32, w: f32) -> Self {
@@ -45,13 +45,13 @@ impl Quat {
         self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w
     }
 
-    /// True if it is a rotation but for rounding, and what a file may have left of its digits.
+    /// True if it is a rotation up to rounding, or up to the digits that a file may have kept.
     pub(crate) fn is_unit(self) -> bool {
         (0.9..1.1).contains(&self.length_squared())
     }
 
-    /// True if its length is what normalizing leaves, or a product of a few such rotations. A vector that it turns keeps its length
-    /// as closely.
+    /// True if its length is that after normalization, or of a product of a few normalized
+    /// rotations. A vector that it rotates keeps its length as closely.
     pub(crate) fn is_normalized(self) -> bool {
         (self.length_squared() - 1.0).abs() < 1.0e-4
     }
@@ -64,13 +64,13 @@ impl Quat {
         Self::new(axis.x * s, axis.y * s, axis.z * s, c)
     }
 
-    /// Rotation by the vector `v`: about `v`, by its length [rad].
+    /// Rotation about the vector `v` by its length [rad].
     #[must_use]
     pub fn from_rotation_vector(v: Vec3) -> Self {
         Self::from_axis_angle(v, v.length())
     }
 
-    /// The shortest rotation that takes the unit vector `from` to the unit vector `to`.
+    /// The shortest rotation from the unit vector `from` to the unit vector `to`.
     #[must_use]
     pub fn from_arc(from: Vec3, to: Vec3) -> Self {
         let d = from.dot(to);
@@ -82,7 +82,7 @@ impl Quat {
         Self::new(c.x, c.y, c.z, 1.0 + d).normalized()
     }
 
-    /// The rotation with the columns of `m` as its axes; `m` must be a rotation matrix.
+    /// The rotation whose axes are the columns of `m`; `m` must be a rotation matrix.
     #[must_use]
     pub fn from_mat3(m: Mat3) -> Self {
         let (a, b, c) = (m.x, m.y, m.z);
@@ -99,7 +99,7 @@ impl Quat {
         q.normalized()
     }
 
-    /// As a rotation matrix.
+    /// Converts to a rotation matrix.
     #[must_use]
     #[inline]
     pub fn to_mat3(self) -> Mat3 {
@@ -114,7 +114,7 @@ impl Quat {
         }
     }
 
-    /// The opposite rotation.
+    /// The inverse rotation.
     #[must_use]
     #[inline]
     pub fn conjugate(self) -> Self {
@@ -133,8 +133,8 @@ impl Quat {
         Self::new(self.x * k, self.y * k, self.z * k, self.w * k)
     }
 
-    /// The rotation that is about this part of the way from here to `other`, 0 to 1, the shorter way round. It is on the way
-    /// of the even turn, and off in angle by 1 % of it at a turn of 90°.
+    /// Interpolates from this rotation to `other` by the fraction `part`, 0 to 1, along the shorter
+    /// arc. It follows the path of uniform rotation; for 90° its angle is off by 1 % of that.
     #[must_use]
     pub fn nlerp(self, other: Self, part: f32) -> Self {
         let dot = self.x * other.x + self.y * other.y + self.z * other.z + self.w * other.w;
@@ -159,16 +159,16 @@ impl Quat {
         v + t * self.w + u.cross(t)
     }
 
-    /// Rotates a vector back.
+    /// Rotates a vector by the inverse.
     #[must_use]
     #[inline]
     pub fn unrotate(self, v: Vec3) -> Vec3 {
         self.conjugate().rotate(v)
     }
 
-    /// This rotation followed by the turn `v` [rad, world], as the exponential of `v`.
+    /// This rotation followed by the rotation vector `v` [rad, world], as the exponential of `v`.
     ///
-    /// The half-angle sine and cosine come from their series to order 9 for turns below half a
+    /// The half-angle sine and cosine come from their series to order 9 for rotations below half a
     /// radian, else from [`trig`].
     #[must_use]
     pub fn turned_by(self, v: Vec3) -> Self {
@@ -213,7 +213,7 @@ impl Quat {
     /// True if no component is infinite or NaN.
     #[must_use]
     pub fn is_finite(self) -> bool {
-        // What is infinite or NaN is NaN times 0.
+        // An infinity or NaN times 0 is NaN.
         (self.x * 0.0 + self.y * 0.0) + (self.z * 0.0 + self.w * 0.0) == 0.0
     }
 
@@ -239,7 +239,7 @@ impl Mul for Quat {
 }
 
 impl From<[f32; 4]> for Quat {
-    /// From `[x, y, z, w]`; not normalized.
+    /// Converts `[x, y, z, w]`; not normalized.
     fn from([x, y, z, w]: [f32; 4]) -> Self {
         Self::new(x, y, z, w)
     }

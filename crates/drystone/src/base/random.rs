@@ -1,6 +1,6 @@
-//! Numbers that look random and are the same everywhere: SplitMix64 [Steele14].
+//! Pseudo-random numbers, the same on every target: SplitMix64 [Steele14].
 
-/// A generator; two of one seed give the same numbers.
+/// A generator; equal seeds give equal numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Random {
     state: u64,
@@ -18,7 +18,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to below 1, in steps of 2⁻⁵³.
+    /// A number from 0 to below 1, in steps of 2⁻⁵³.
     #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
     pub(crate) const fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / 9_007_199_254_740_992.0
@@ -31,7 +31,7 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_published_numbers() {
-        // The first of seed 1234567, as in the reference implementation's test.
+        // The first numbers of seed 1234567, as in the reference implementation's test.
         let mut random = Random::new(1_234_567);
         let first: Vec<u64> = (0..3).map(|_| random.next()).collect();
         assert_eq!(

@@ -1,12 +1,12 @@
-//! A number in a row that several workers hold at once.
+//! A number in a row that several workers borrow at once.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-/// In each phase one worker at most writes it, and then no other reads it: to load and store it takes what a plain number
-/// takes.
+/// In each phase at most one worker writes it, and then no other reads it. A relaxed load or store
+/// costs the same as for a plain number.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]

@@ -1,4 +1,4 @@
-//! A table whose rows keep their place and are named by generational ids.
+//! A table of rows at fixed positions, identified by generational ids.
 
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
@@ -10,7 +10,7 @@ use super::grow;
 use super::id::RawId;
 use super::wide::{prefetch_line, prefetch_lines};
 
-/// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
+/// Rows of `T` identified by `Id`. A free slot is reused, the last freed first.
 #[derive(Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(
@@ -33,7 +33,7 @@ impl<Id, T: Clone> Clone for SlotMap<Id, T> {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Copies into the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { values, generations, free, len, id: _ } = from;
         self.values.clone_from(values);
@@ -56,7 +56,7 @@ impl<Id, T> Default for SlotMap<Id, T> {
 }
 
 impl<Id, T> SlotMap<Id, T> {
-    /// What it is made of: slots, their generations, free ones, how many are in use.
+    /// Its parts: slots, their generations, free slots, number of slots in use.
     pub(crate) fn parts(&self) -> (&[Option<T>], &[NonZeroU32], &[u32], usize) {
         (&self.values, &self.generations, &self.free, self.len)
     }
@@ -79,7 +79,7 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         let row = self.row(id)?;
         let value = self.values[row as usize].take()?;
         self.len -= 1;
-        // A slot whose generations are used up is retired: its ids must never come back.
+        // A slot that has used all generations is retired: its ids must never recur.
         if let Some(next) = self.generations[row as usize].checked_add(1) {
             self.generations[row as usize] = next;
             self.free.push(row);
@@ -87,7 +87,7 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         Some(value)
     }
 
-    /// The row of what `id` names, if it lives.
+    /// Returns the row of `id`, if its object lives.
     pub(crate) fn row(&self, id: Id) -> Option<u32> {
         let raw: RawId = id.into();
         let generation = self.generations.get(raw.index() as usize)?;
@@ -95,13 +95,13 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         lives.then_some(raw.index())
     }
 
-    /// The row in a slot, whatever its generation.
+    /// Returns the row in a slot, whatever its generation.
     #[inline]
     pub(crate) fn at(&self, index: u32) -> Option<&T> {
         self.values.get(index as usize)?.as_ref()
     }
 
-    /// Asks for the first cache lines of a slot that will be read soon. Changes nothing but time.
+    /// Prefetches the first cache lines of a slot. Affects only time.
     #[inline(always)]
     pub(crate) fn prefetch(&self, index: u32, lines: usize) {
         if let Some(slot) = self.values.get(index as usize) {
@@ -109,7 +109,7 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         }
     }
 
-    /// And for one of them.
+    /// Prefetches one cache line of a slot.
     #[inline(always)]
     pub(crate) fn prefetch_line(&self, index: u32, line: usize) {
         if let Some(slot) = self.values.get(index as usize) {
@@ -122,13 +122,13 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         self.values.get_mut(index as usize)?.as_mut()
     }
 
-    /// The id of what lives in a slot.
+    /// Returns the id of the object in a slot.
     pub(crate) fn id_at(&self, index: u32) -> Option<Id> {
         self.at(index)?;
         Some(RawId::new(index, self.generations[index as usize]).into())
     }
 
-    /// The id of a slot that is known to be in use, without a look at it.
+    /// Returns the id of a slot that is in use, without checking it.
     #[inline]
     pub(crate) fn id_of(&self, index: u32) -> Id {
         RawId::new(index, self.generations[index as usize]).into()
@@ -152,7 +152,7 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         self.values.len()
     }
 
-    /// Rows in slot order.
+    /// Iterates over the rows in slot order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (Id, &T)> {
         (0_u32..).zip(&self.values).zip(&self.generations).filter_map(
             |((index, value), generation)| {

@@ -3,16 +3,17 @@
 use super::disjoint::{Apart, Rows};
 use super::grow;
 
-/// A number for each row of a table, where most have none: memory of those is never touched, so that a world of
-/// a million bodies of which a hundred move does not wait for it. [`u32::MAX`] is none.
+/// A number for each row of a table where most rows have none, given as [`u32::MAX`]. The memory of
+/// these rows stays untouched, so a world of a million bodies of which a hundred move need not wait
+/// for it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sparse {
-    /// The complements: zeroed memory says nothing.
+    /// Complements of the numbers, so that zeroed memory means none.
     inverted: Vec<u32>,
 }
 
 impl Sparse {
-    /// Makes room for the rows of a table.
+    /// Extends the list to the rows of a table.
     pub(crate) fn cover(&mut self, rows: usize) {
         grow::zeros(&mut self.inverted, rows);
     }
@@ -23,19 +24,19 @@ impl Sparse {
         !self.inverted[row as usize]
     }
 
-    /// Gives a row a number; answers the one it had.
+    /// Sets the number of a row; returns the previous one.
     #[inline]
     pub(crate) fn set(&mut self, row: u32, number: u32) -> u32 {
         !core::mem::replace(&mut self.inverted[row as usize], !number)
     }
 
-    /// All numbers, lent to workers.
+    /// Lends all numbers to workers.
     pub(crate) fn lend(&mut self, apart: Apart) -> SparseRows<'_> {
         SparseRows { inverted: Rows::new(&mut self.inverted, apart) }
     }
 }
 
-/// The numbers of all rows; no row is for two workers of one phase.
+/// The numbers of all rows; no two workers of one phase use the same row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SparseRows<'a> {
     inverted: Rows<'a, u32>,
@@ -48,7 +49,7 @@ impl SparseRows<'_> {
         !*self.inverted.read(row as usize)
     }
 
-    /// Gives a row a number.
+    /// Sets the number of a row.
     #[inline]
     pub(crate) fn set(&self, row: u32, number: u32) {
         *self.inverted.row(row as usize) = !number;

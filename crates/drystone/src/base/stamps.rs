@@ -1,27 +1,29 @@
-//! In debug builds: which chunk of which phase took a row of a table, so that a second chunk of that phase fails. It makes every test
-//! of a debug build look for races, by one thread too: chunks that run one after the other still have numbers of their own.
+//! Debug builds only: records which chunk of which phase took a row of a table, so that a second
+//! chunk of that phase fails. Every test of a debug build thus checks for races, even with one
+//! thread: successive chunks still have different numbers.
 //!
-//! Claims stand in a table of fixed size, found by the row's address; a claim there of another row is forgotten, so that some
-//! races are missed, but none is made up: address, phase and chunk are compared whole, and numbers of phases do not come again.
+//! A table of fixed size holds the claims, indexed by a hash of the row's address. A new claim
+//! overwrites another row's claim in the same slot, so some races are missed. No race is reported
+//! by mistake: address, phase and chunk are compared in full, and phase numbers do not recur.
 
 #[cfg(debug_assertions)]
 pub(crate) use self::kept::{claim, is_in_chunk, look, phases, within};
 
-/// What is done by one chunk.
+/// Runs the work of one chunk.
 #[cfg(not(debug_assertions))]
 #[inline(always)]
 pub(crate) fn within<R>(_phase: u64, _chunk: usize, run: impl FnOnce() -> R) -> R {
     run()
 }
 
-/// Numbers for so many phases: the first.
+/// Returns the first of `n` new phase numbers.
 #[cfg(not(debug_assertions))]
 #[inline(always)]
 pub(crate) const fn phases(_n: usize) -> u64 {
     0
 }
 
-/// Whether this thread runs a chunk. Never, where nothing is compared.
+/// Returns whether this thread runs a chunk; true where nothing is checked.
 #[cfg(not(debug_assertions))]
 #[inline(always)]
 pub(crate) const fn is_in_chunk() -> bool {
@@ -34,11 +36,12 @@ mod kept {
     use core::cell::Cell;
     use core::sync::atomic::{AtomicU64, Ordering};
 
-    /// Claims that are remembered at a time, a power of two: 256 KiB.
+    /// Number of claims in the table, a power of two: 256 KiB.
     const CLAIMS: usize = 1 << 14;
-    /// Bits of a chunk's number in a stamp; those above are the phase's. 2⁴⁰ phases are years of steps.
+    /// Bits of the chunk number in a stamp; the phase number is above them. 2⁴⁰ phases are years
+    /// of steps.
     const CHUNK: u32 = 24;
-    /// Stands for a row's address while a claim is compared.
+    /// Replaces a row's address while its claim is compared.
     const TAKEN: u64 = u64::MAX;
 
     struct Claim {
@@ -51,11 +54,11 @@ mod kept {
     static PHASE: AtomicU64 = AtomicU64::new(1);
 
     thread_local! {
-        /// Phase and chunk of what this thread does; 0 where it does no chunk.
+        /// Phase and chunk that this thread runs; 0 if it runs none.
         static NOW: Cell<u64> = const { Cell::new(0) };
     }
 
-    /// Gives back what was there before, also where a chunk panics.
+    /// Restores the previous stamp, even if a chunk panics.
     struct Before(u64);
 
     impl Drop for Before {
@@ -64,7 +67,7 @@ mod kept {
         }
     }
 
-    /// What is done by one chunk. A phase within a chunk is the chunk's own: it keeps its stamp.
+    /// Runs the work of one chunk. A phase within a chunk belongs to the chunk and keeps its stamp.
     pub(crate) fn within<R>(phase: u64, chunk: usize, run: impl FnOnce() -> R) -> R {
         let _before = Before(NOW.get());
         if NOW.get() == 0 {
@@ -73,12 +76,12 @@ mod kept {
         run()
     }
 
-    /// Numbers for so many phases: the first.
+    /// Returns the first of `n` new phase numbers.
     pub(crate) fn phases(n: usize) -> u64 {
         PHASE.fetch_add(n as u64, Ordering::Relaxed)
     }
 
-    /// Whether this thread runs a chunk.
+    /// Returns whether this thread runs a chunk.
     pub(crate) fn is_in_chunk() -> bool {
         NOW.get() != 0
     }
@@ -89,7 +92,7 @@ mod kept {
         (row, &TABLE[usize::try_from(hash).unwrap_or(0)])
     }
 
-    /// A chunk takes a row to write it. What is done outside of chunks is alone.
+    /// Records that a chunk takes a row to write it. Work outside of chunks has no concurrency.
     #[track_caller]
     pub(crate) fn claim<T>(row: *const T, number: usize) {
         let now = NOW.get();
@@ -104,7 +107,7 @@ mod kept {
         compare::<T>(claim, row, now, true, number);
     }
 
-    /// A chunk reads a row, which no other writes.
+    /// Checks that no other chunk writes a row that this chunk reads.
     #[track_caller]
     pub(crate) fn look<T>(row: *const T, number: usize) {
         let now = NOW.get();
@@ -119,12 +122,13 @@ mod kept {
         }
     }
 
-    /// Of the same phase.
+    /// Returns whether a stamp is of another chunk of the same phase.
     fn other_chunk(stamp: u64, now: u64) -> bool {
         stamp != now && stamp >> CHUNK == now >> CHUNK
     }
 
-    /// Who finds the claim taken leaves: that race is missed.
+    /// Compares a claim, and replaces it if `write`. If another thread compares it now, this
+    /// returns early and may miss a race.
     #[track_caller]
     fn compare<T>(claim: &Claim, row: u64, now: u64, write: bool, number: usize) {
         let there = claim.row.swap(TAKEN, Ordering::Acquire);
@@ -159,11 +163,11 @@ mod tests {
     use crate::base::team::Team;
 
     fn lent<T>(items: &mut [T]) -> Rows<'_, T> {
-        // SAFETY: by one thread, and each row is let go of at once.
+        // SAFETY: only one thread uses the rows, and each reference ends at once.
         Rows::new(items, unsafe { Apart::promise() })
     }
 
-    /// What a phase of eight chunks, one after the other, panics with.
+    /// Returns the panic message of a phase of eight chunks that run one after the other.
     fn complaint(chunk: impl Fn(usize) + Sync) -> Option<String> {
         let run = || for_each(&Jobs::Inline, 8, |_, k| chunk(k));
         catch_unwind(AssertUnwindSafe(run)).err().and_then(|text| text.downcast_ref().cloned())
@@ -194,14 +198,15 @@ mod tests {
         let (rows, nothing) = (lent(&mut numbers), lent(nothing));
         let team = Team::with_threads(3);
         for jobs in [Jobs::Inline, Jobs::Team(&team)] {
-            // The same rows in one phase after the other, by other chunks.
+            // The same rows in successive phases, by other chunks.
             for grain in [100, 70, 300] {
                 for_ranges(&jobs, 9_000, grain, |range| {
                     for i in range {
                         *rows.row(i) += *rows.read(9_500);
                         *rows.row(i) += 1;
                         assert!(*rows.read(i) > 0);
-                        // What takes no memory is nobody's; what a chunk makes is its own, wherever it stood before.
+                        // Zero-sized rows belong to no chunk. Memory that a chunk allocates is its
+                        // own, whatever was at the address before.
                         *nothing.row(0) = ();
                         let mut own = vec![0_u64; 4];
                         *lent(&mut own).row(i % 4) = 1;
@@ -209,7 +214,7 @@ mod tests {
                 });
             }
         }
-        // Nor is what is done outside of chunks compared.
+        // Work outside of chunks is not compared either.
         rows.row(0);
         assert!(numbers[..9_000].iter().all(|n| *n == 6));
     }

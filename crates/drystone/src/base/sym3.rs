@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::math::{Mat3, Vec3, vec3};
 use super::quat::Quat;
 
-/// A symmetric matrix, six numbers.
+/// A symmetric matrix of six numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
@@ -51,13 +51,13 @@ impl Sym3 {
         }
     }
 
-    /// The matrix with the columns of a symmetric `m`; its upper half is read.
+    /// Converts a symmetric `m`; reads its upper half.
     #[must_use]
     pub const fn from_mat3(m: Mat3) -> Self {
         Self { xx: m.x.x, yy: m.y.y, zz: m.z.z, xy: m.y.x, xz: m.z.x, yz: m.z.y }
     }
 
-    /// As a full matrix.
+    /// Converts to a full matrix.
     #[must_use]
     pub const fn to_mat3(self) -> Mat3 {
         Mat3 {
@@ -115,7 +115,7 @@ impl Sym3 {
         }
     }
 
-    /// All entries times `s`.
+    /// All entries multiplied by `s`.
     #[must_use]
     pub fn scaled(self, s: f32) -> Self {
         Self {
@@ -134,9 +134,11 @@ impl Sym3 {
         [self.xx, self.yy, self.zz, self.xy, self.xz, self.yz].iter().all(|v| v.is_finite())
     }
 
-    /// Eigenvalues and the rotation whose columns are the eigenvectors: `self = R diag(d) Rᵀ`.
+    /// Returns the eigenvalues and the rotation whose columns are the eigenvectors:
+    /// `self = R diag(d) Rᵀ`.
     ///
-    /// Cyclic Jacobi rotations in double precision, a fixed number of sweeps: deterministic.
+    /// Uses cyclic Jacobi rotations in double precision with a fixed number of sweeps:
+    /// deterministic.
     #[must_use]
     pub fn eigen(self) -> (Vec3, Quat) {
         let mut a = [

@@ -1,5 +1,6 @@
-//! What the worker team is made of: threads, locks and atomic numbers. Those of the standard library; under `--cfg drystone_model`
-//! those of a model checker, which runs the team itself through many schedules (`cargo xtask model`).
+//! Primitives of the worker team: threads, locks and atomics. They are from the standard library,
+//! or under `--cfg drystone_model` from a model checker, which runs the team itself through many
+//! schedules (`cargo xtask model`).
 
 #[cfg(not(all(test, drystone_model)))]
 pub(crate) use {

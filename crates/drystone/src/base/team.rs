@@ -1,17 +1,22 @@
-//! Our own worker team: a fixed number of threads that claim chunks.
+//! This crate's worker team: a fixed number of threads that claim chunks.
 //!
-//! Each worker has a list of its own, always the same part of the chunks, so that from step to step it finds what it wrote in its own
-//! cache; who is done helps the others from the back. Chunks are claimed one by one, so a worker that sleeps or whose core is
-//! taken by another program never holds up a phase: the caller finishes alone. Phases that follow one another are told to
-//! the workers at once, as a series: a phase begins for a worker as soon as it sees that all chunks of the one before have returned,
-//! which is one cache line from core to core. Workers look out for the next series for some tenths of a millisecond, then park.
+//! Each worker has its own list, always the same part of the chunks, so that it finds the data of
+//! the last step in its own cache. A worker that has finished its list helps the others from the
+//! back. Chunks are claimed one by one. A worker that sleeps, or whose core runs another program,
+//! therefore never delays a phase: the caller finishes alone.
 //!
-//! A team may have no threads of its own, and seats for those of the program instead ([`Team::join`]): each takes a number that no
-//! other has, and keeps it until it has returned all that it claimed.
+//! Successive phases are published to the workers at once, as a series. A worker starts a phase as
+//! soon as it sees that all chunks of the previous phase have returned, which takes one cache line
+//! from core to core. Workers poll for the next series for some tenths of a millisecond, then park.
 //!
-//! A task that panics never unwinds out of a series: the chunks that are left are claimed and skipped, and the caller goes on with the
-//! panic when all have returned. So what a task borrows is there as long as a worker can call it, and threads live on. The protocol is
-//! run through many schedules by `cargo xtask model`.
+//! A team may have no threads of its own, but seats for threads of the program ([`Team::join`]).
+//! Each such thread takes a unique number, and keeps it until it has returned all chunks that it
+//! claimed.
+//!
+//! A panic of a task never unwinds out of a series. The remaining chunks are claimed and skipped,
+//! and the caller resumes the panic when all have returned. The data that a task borrows therefore
+//! lives as long as a worker can call it, and threads survive. `cargo xtask model` runs the
+//! protocol through many schedules.
 #![expect(unsafe_code, reason = "the task's lifetime is erased while its series runs")]
 
 use core::cell::UnsafeCell;
@@ -26,43 +31,44 @@ use super::sync::{
     Ordering, spin_loop, yield_now,
 };
 
-/// Worker, phase, chunk.
+/// A task: called with worker, phase, chunk.
 type Task = dyn Fn(usize, usize, usize) + Sync;
 
-/// What a task panicked with.
+/// Payload of a task's panic.
 type Payload = Box<dyn Any + Send>;
 
-/// So often a worker looks for the next series before it parks: 0.2 to 0.5 ms of `spin_loop`, longer than the caller is alone within
-/// most steps. To be woken takes as long as a serial stage (docs/decisions/027-shares-of-a-phase.md).
+/// Number of polls for the next series before a worker parks: 0.2 to 0.5 ms of `spin_loop`, longer
+/// than the caller is alone within most steps. A wake-up takes as long as a serial stage
+/// (docs/decisions/027-shares-of-a-phase.md).
 const SPINS: u32 = if cfg!(drystone_model) { 2 } else { 14_000 };
 
-/// So often it looks before it offers the core to others, and again after so many more looks.
+/// Number of polls before the first yield of the core, and between two later yields.
 const LOOKS: u32 = 2000;
 const AGAIN: u32 = 100;
 
-/// So often a phase's end is looked for before the core is offered to others.
+/// Number of polls for a phase's end before the core is yielded.
 const WAITS: u32 = if cfg!(drystone_model) { 0 } else { 500 };
 
-/// Most phases of a series.
+/// Maximum number of phases of a series.
 const PHASES: usize = 32;
 
-/// Most chunks of a phase: counts have 15 bits.
+/// Maximum number of chunks of a phase: counts have 15 bits.
 const MOST: usize = 0x7fff;
 
 struct Job {
     /// The task of the running series; dangling between series.
     task: *const Task,
-    /// Of each phase.
+    /// Number of chunks of each phase.
     chunks: [u16; PHASES],
 }
 
-/// A number for each phase of a series, [`tagged`], alone on its cache lines.
+/// A [`tagged`] number for each phase of a series, on cache lines of its own.
 #[derive(Debug, Default)]
 #[repr(align(128))]
 struct PerPhase([AtomicU64; PHASES]);
 
-/// The chunks of a list that are not yet claimed, in one word, [`tagged`] at first: the series' epoch in the upper half, then how many
-/// were claimed from the back, and how many are left.
+/// The unclaimed chunks of a list in one word, [`tagged`] at first. The upper half is the series'
+/// epoch; the lower half is the number of chunks claimed from the back and the number left.
 #[derive(Clone, Copy, Debug)]
 struct Word(u64);
 
@@ -75,19 +81,20 @@ impl Word {
         usize::try_from(self.0 >> 16 & 0x7fff).unwrap_or(0)
     }
 
-    /// With the next chunk from one end claimed.
+    /// Returns the word after a claim of the next chunk from one end.
     fn claimed(self, back: bool) -> Self {
         Self(self.0 - 1 + if back { 1 << 16 } else { 0 })
     }
 }
 
-/// A series' epoch and a number. Epochs come again after 2³² series (eight days of them without a break). A worker that slept
-/// just so long does no harm: a claim succeeds only for the word that is there now, which the running series wrote when its job stood.
+/// Packs a series' epoch and a number. Epochs recur after 2³² series (eight days without a
+/// break). A worker that slept exactly that long does no harm. A claim succeeds only for the
+/// current word, which the running series wrote after its job.
 fn tagged(epoch: u32, number: usize) -> u64 {
     u64::from(epoch) << 32 | number as u64
 }
 
-/// The two again.
+/// Unpacks a [`tagged`] word.
 fn untagged(word: u64) -> (u32, usize) {
     ((word >> 32) as u32, (word & 0xffff_ffff) as usize)
 }
@@ -95,34 +102,35 @@ fn untagged(word: u64) -> (u32, usize) {
 struct Shared {
     /// The list of each worker, as [`Word`]s.
     claims: Box<[PerPhase]>,
-    /// Chunks that have not returned.
+    /// Number of chunks of each phase that have not returned.
     open: PerPhase,
-    /// By workers: some thread is it. The caller, worker 0, needs none.
+    /// Whether a thread acts as each worker. Worker 0 is the caller and has no seat.
     seats: Box<[AtomicBool]>,
-    /// Threads of the program that have joined.
+    /// Number of the program's threads that have joined.
     guests: AtomicUsize,
-    /// Number of the series and of its phases, [`tagged`].
+    /// Epoch of the series and number of its phases, [`tagged`].
     series: AtomicU64,
     job: UnsafeCell<Job>,
     parked: AtomicUsize,
     quit: AtomicBool,
     /// A task of the running series panicked: chunks are claimed but not run.
     panicked: AtomicBool,
-    /// With what it did, the first of them.
+    /// Payload of the first panic.
     payload: Mutex<Option<Payload>>,
     lock: Mutex<()>,
     wake: Condvar,
 }
 
-// SAFETY: `job` is written by the caller between series only (it holds `Team::busy`), and read by a
-// worker only while it holds a claimed chunk, before whose return the series does not end.
+// SAFETY: the caller writes `job` only between series (it holds `Team::busy`). A worker reads it
+// only while it holds a claimed chunk, and the series does not end before that chunk returns.
 unsafe impl Sync for Shared {}
-// SAFETY: the raw task pointer is only followed during its series, see `Sync`.
+// SAFETY: the raw task pointer is dereferenced only during its series, see `Sync`.
 unsafe impl Send for Shared {}
 
 impl Shared {
-    /// Claims and runs chunks of a series, phase by phase, until none is left: those of the worker's own list, then those of
-    /// the others. Who comes late finds another series, and leaves. Never unwinds.
+    /// Claims and runs chunks of a series, phase by phase, until none is left: first the worker's
+    /// own list, then the others'. A worker that arrives late finds another series, and returns.
+    /// Never unwinds.
     fn work(&self, worker: usize, epoch: u32, phases: usize) {
         for phase in 0..phases {
             if phase > 0 && !self.wait(epoch, phase - 1) {
@@ -130,7 +138,7 @@ impl Shared {
             }
             let mut claimed = 0;
             let mut run = || self.run_chunks(worker, epoch, phase, &mut claimed);
-            // Once more, to claim what is left, if a task panicked.
+            // After a panic of a task, runs again to claim the remaining chunks.
             while let Err(payload) = catch_unwind(AssertUnwindSafe(&mut run)) {
                 self.keep(payload);
             }
@@ -140,19 +148,19 @@ impl Shared {
         }
     }
 
-    /// Those of a phase. Counts what it claims.
+    /// Claims and runs the chunks of one phase. Counts its claims in `claimed`.
     fn run_chunks(&self, worker: usize, epoch: u32, phase: usize, claimed: &mut u64) {
         let n = self.claims.len();
         for k in 0..n {
             let list = (worker + k) % n;
-            // From the back of the others' lists: what stands at the front they come to soon.
+            // Takes other lists from the back: their owners reach the front soon.
             let back = k > 0;
             while let Some(word) = self.claim(epoch, phase, list, back) {
                 *claimed += 1;
                 if self.panicked.load(Ordering::Relaxed) {
                     continue;
                 }
-                // SAFETY: this worker holds a claimed chunk, so the job is that of this series.
+                // SAFETY: this worker holds a claimed chunk, so the job is the one of this series.
                 let job = unsafe { &*self.job.get() };
                 // SAFETY: `series` keeps the task alive until every claimed chunk has returned.
                 let task = unsafe { &*job.task };
@@ -162,19 +170,19 @@ impl Shared {
         }
     }
 
-    /// Keeps what a task panicked with, if it is the first, for the caller.
+    /// Stores the payload of a task's panic for the caller, if it is the first.
     fn keep(&self, payload: Payload) {
         self.panicked.store(true, Ordering::Relaxed);
         let mut first = self.payload.lock().unwrap_or_else(PoisonError::into_inner);
         if first.is_none() {
             *first = Some(payload);
         } else {
-            // To drop it could panic again, here where nobody catches it.
+            // Dropping it could panic again, where nothing catches it.
             core::mem::forget(payload);
         }
     }
 
-    /// Claims a chunk from one end of a list, if one is left: gives what was there before.
+    /// Claims a chunk from one end of a list, if one is left; returns the word before the claim.
     fn claim(&self, epoch: u32, phase: usize, list: usize, back: bool) -> Option<Word> {
         let claims = &self.claims[list].0[phase];
         let mut seen = Word(claims.load(Ordering::Acquire));
@@ -189,7 +197,7 @@ impl Shared {
         None
     }
 
-    /// Waits until all chunks of a phase have returned; false if the series is over.
+    /// Waits until all chunks of a phase have returned; returns false if the series is over.
     fn wait(&self, epoch: u32, phase: usize) -> bool {
         let mut looks = 0_u32;
         loop {
@@ -198,12 +206,12 @@ impl Shared {
                 return now == epoch;
             }
             looks = looks.saturating_add(1);
-            // A claimed chunk may wait for this very core: let the others run.
+            // A claimed chunk may need this core: lets other threads run.
             if looks > WAITS { yield_now() } else { spin_loop() }
         }
     }
 
-    /// Works until the team ends, or until it is told to `leave`. Never unwinds.
+    /// Works until the team ends, or until `leave` is true. Never unwinds.
     fn serve(&self, worker: usize, leave: Option<&AtomicBool>) {
         let mut last = 0;
         let is_over = || {
@@ -215,7 +223,7 @@ impl Shared {
             let mut looks = 0;
             while is_idle(last) && looks < SPINS {
                 looks += 1;
-                // The caller itself, or another program, may wait for this very core.
+                // The caller, or another program, may need this core.
                 let offer = looks >= LOOKS && looks.is_multiple_of(AGAIN);
                 if offer { yield_now() } else { spin_loop() }
             }
@@ -243,22 +251,23 @@ impl Shared {
     }
 }
 
-/// The chunks of one of so many lists.
+/// Range of the chunks in one of `lists` lists.
 fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
     (chunks * list).div_ceil(lists)..(chunks * (list + 1)).div_ceil(lists)
 }
 
-/// A team of threads that lives as long as the value. When a step is over its workers look out for the next one for up to half a
-/// millisecond, offering their cores to others, and then sleep. The manual:
-/// [threads and determinism](crate::manual::threads_and_determinism).
+/// A team of threads that lives as long as the value. After a step its workers poll for the next
+/// one for up to half a millisecond, while they yield their cores to others, and then sleep. The
+/// manual: [threads and determinism](crate::manual::threads_and_determinism).
 pub struct Team {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
-    /// Its workers but the caller are threads that join.
+    /// Whether all workers except the caller are threads that join.
     is_hosted: bool,
-    /// Of the process that has the threads, the team's own and those that joined: a fork of it has none. 0 until there are some.
+    /// Id of the process with the threads, the team's own and those that joined; a fork has none of
+    /// them. It is 0 until there are threads.
     process: AtomicUsize,
-    /// Held during a series. A second caller (another world on the same team) works alone.
+    /// Locked during a series. A second caller (another world on the same team) works alone.
     busy: Mutex<u32>,
 }
 
@@ -269,17 +278,17 @@ impl core::fmt::Debug for Team {
 }
 
 impl Team {
-    /// A team of `workers`, the caller included: `workers - 1` threads are started, fewer if the
-    /// system refuses. 0 counts as 1, more than the machine can run at once as that: threads beyond
-    /// only take the cores from those that hold a chunk.
+    /// A team of `workers`, the caller included. It starts `workers - 1` threads, fewer if the
+    /// system refuses. 0 counts as 1. The number is limited to the machine's cores: more threads
+    /// only take cores from threads that hold a chunk.
     #[must_use]
     pub fn new(workers: usize) -> Self {
         let cores = std::thread::available_parallelism().map_or(workers, usize::from);
         Self::with_threads(workers.min(cores))
     }
 
-    /// As [`Self::new`], but also with more workers than the machine has cores, up to 256: for tests
-    /// that want every interleaving.
+    /// Like [`Self::new`], but also with more workers than the machine has cores, up to 256: for
+    /// tests that need every interleaving.
     #[must_use]
     pub fn with_threads(workers: usize) -> Self {
         let shared = Self::shared(workers);
@@ -290,7 +299,7 @@ impl Team {
                 Builder::new().name(name).spawn(move || shared.serve(worker, None)).ok()
             })
             .collect();
-        // Where there are no threads there may be no processes either.
+        // A target without threads may have no processes either.
         let process = if threads.is_empty() { 0 } else { this_process() };
         for seat in &shared.seats[1..=threads.len()] {
             seat.store(true, Ordering::SeqCst);
@@ -299,9 +308,10 @@ impl Team {
         Self { shared, threads, is_hosted, process, busy: Mutex::new(0) }
     }
 
-    /// A team that starts no threads: of up to `workers`, the caller included, 1 to 256, for hosts that have threads of their own
-    /// and lend them by [`Self::join`], for a step or for good. Whoever has joined helps; without anybody the caller works alone.
-    /// The result of a step is the same.
+    /// A team that starts no threads, with up to `workers` workers, the caller included, 1 to 256.
+    /// It is for hosts that have their own threads and lend them with [`Self::join`], for a step or
+    /// permanently. Threads that have joined help; without any the caller works alone. The result
+    /// of a step is the same.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -329,18 +339,21 @@ impl Team {
         Self { shared, threads, is_hosted, process, busy: Mutex::new(0) }
     }
 
-    /// Lends the calling thread to the team: it works on whatever the team is given, until `leave` is true, which
-    /// [`Self::release`] makes it. It returns at once if that is so already, or if there are as many workers as the team is of;
-    /// then the answer is false. While there is nothing to do it looks out for work for up to half a millisecond, offering its core
-    /// to others, and then sleeps. What a task panics with goes on in the caller, never here.
+    /// Lends the calling thread to the team. It does the team's work until `leave` is true, which
+    /// [`Self::release`] sets. It returns at once if `leave` is already true. It returns false at
+    /// once if the team has no free seat.
     ///
-    /// The caller, who steps a world, does not join: it is a worker by itself. A thread that never is released never returns.
+    /// While there is no work the thread polls for up to half a millisecond, while it yields its
+    /// core to others, and then sleeps. A panic of a task resumes in the caller, never here.
+    ///
+    /// The thread that steps a world does not join: it is a worker already. A thread that is never
+    /// released never returns.
     pub fn join(&self, leave: &AtomicBool) -> bool {
         let shared = &*self.shared;
         let take = |seat: &&AtomicBool| {
             seat.compare_exchange(false, true, Ordering::SeqCst, Ordering::SeqCst).is_ok()
         };
-        // The caller's is the first. Of a team that has threads none is free.
+        // The first seat belongs to the caller. A team with its own threads has no free seat.
         let mut seats = shared.seats.iter().enumerate().take(self.workers()).skip(1);
         let Some((worker, seat)) = seats.find(|(_, seat)| take(seat)) else { return false };
         self.process.store(this_process(), Ordering::SeqCst);
@@ -351,7 +364,8 @@ impl Team {
         true
     }
 
-    /// Makes `leave` true, and lets the threads go that [joined](Self::join) with it: each ends the chunks that it holds first.
+    /// Sets `leave` to true, and releases the threads that [joined](Self::join) with it: each first
+    /// finishes the chunks that it holds.
     pub fn release(&self, leave: &AtomicBool) {
         leave.store(true, Ordering::SeqCst);
         self.shared.wake_all();
@@ -376,20 +390,22 @@ impl Team {
         })
     }
 
-    /// No thread of its own or of the program's helps: of a team that has none nothing is asked.
+    /// Returns whether no thread helps, neither the team's own nor the program's; makes no system
+    /// call.
     fn is_alone(&self) -> bool {
         self.threads.is_empty() && self.shared.guests.load(Ordering::SeqCst) == 0
     }
 
-    /// The threads are there: they are of this process, which is no fork of the one that has them. Asks the system (0.1 µs).
+    /// Returns whether the threads belong to this process, as opposed to a fork of theirs. It makes
+    /// a system call (0.1 µs).
     fn has_threads(&self) -> bool {
         !self.is_alone() && self.process.load(Ordering::SeqCst) == this_process()
     }
 }
 
-/// The number of this process.
+/// Id of this process.
 fn this_process() -> usize {
-    // There they have none, and asking would panic.
+    // WebAssembly has no process ids, and the call would panic.
     if cfg!(target_family = "wasm") { 0 } else { std::process::id() as usize }
 }
 
@@ -399,7 +415,7 @@ impl Executor for Team {
     }
 
     fn workers(&self) -> usize {
-        // Of a team that threads join, as many as may.
+        // A hosted team reports the maximum number of threads that may join.
         if self.is_hosted { self.shared.seats.len() } else { self.threads.len() + 1 }
     }
 
@@ -428,7 +444,7 @@ impl Executor for Team {
 }
 
 impl Team {
-    /// Runs some phases of at most [`MOST`] chunks, at most [`PHASES`] of them.
+    /// Runs at most [`PHASES`] phases of at most [`MOST`] chunks each.
     fn series(
         &self,
         range: Range<usize>,
@@ -436,7 +452,8 @@ impl Team {
         task: &(dyn Fn(usize, usize, usize) + Sync),
     ) {
         let (first, phases) = (range.start, range.len());
-        // Asked for once: what the caller gives is also the caller's to change.
+        // Calls `chunks` once per phase: the caller's function may return another value the next
+        // time.
         let mut counts = [0_u16; PHASES];
         for (count, phase) in counts.iter_mut().zip(range) {
             *count = u16::try_from(chunks(phase).min(MOST)).expect("at most MOST");
@@ -458,7 +475,8 @@ impl Team {
         if shared.parked.load(Ordering::SeqCst) > 0 && self.has_threads() {
             shared.wake_all();
         }
-        // From `publish` on until all chunks have returned nothing unwinds: `work` catches what tasks panic with.
+        // Nothing unwinds between `publish` and the return of all chunks: `work` catches panics of
+        // tasks.
         shared.work(0, epoch, phases);
         shared.wait(epoch, phases - 1);
         if shared.panicked.load(Ordering::Relaxed) {
@@ -469,7 +487,7 @@ impl Team {
         }
     }
 
-    /// The right to run a series, unless one runs: the number of the last one.
+    /// Acquires the right to run a series, unless one is running; the guard holds the last epoch.
     fn begin(&self) -> Option<MutexGuard<'_, u32>> {
         match self.busy.try_lock() {
             Ok(guard) => Some(guard),
@@ -478,7 +496,7 @@ impl Team {
         }
     }
 
-    /// Tells the workers of a series. It stays where it is until all its chunks have returned.
+    /// Publishes a series to the workers. The task must live until all its chunks have returned.
     fn publish(&self, epoch: u32, counts: &[u16], task: &(dyn Fn(usize, usize, usize) + Sync)) {
         let shared = &*self.shared;
         // SAFETY: only the lifetime changes; `series` returns after the last use of the pointer.
@@ -486,7 +504,8 @@ impl Team {
             core::mem::transmute::<&(dyn Fn(usize, usize, usize) + Sync), &'static Task>(task)
         };
         {
-            // SAFETY: the caller is alone with the job: no chunk is claimed between series, nor before the words below are written.
+            // SAFETY: the caller has exclusive access to the job: no chunk is claimed between
+            // series, nor before the words below are written.
             let job = unsafe { &mut *shared.job.get() };
             job.task = erased;
             job.chunks[..counts.len()].copy_from_slice(counts);
@@ -507,14 +526,14 @@ impl Team {
 impl Drop for Team {
     fn drop(&mut self) {
         if !self.has_threads() {
-            // Of a fork: who would wait for them would wait for ever.
+            // In a fork the threads do not exist: joining them would never return.
             core::mem::forget(core::mem::take(&mut self.threads));
             return;
         }
         self.shared.quit.store(true, Ordering::SeqCst);
         self.shared.wake_all();
         for thread in self.threads.drain(..) {
-            // Workers catch what tasks panic with.
+            // Workers catch the panics of tasks.
             let _ = thread.join();
         }
     }

@@ -1,4 +1,4 @@
-//! Trigonometry with the same bits on every target: the `libm` crate, never the platform's.
+//! Trigonometry with the same bits on every target: from the `libm` crate, never the platform's.
 
 /// Sine and cosine of `x` [rad].
 #[must_use]

@@ -1,9 +1,10 @@
 //! Lanes: eight numbers at a time, the vocabulary of the kernels.
 //!
-//! The batch is always eight wide, whatever the CPU: two registers on SSE2 and NEON, one on AVX2. So
-//! the grouping of constraints, and with it every bit of the result, is the same everywhere. Only
-//! `+ - * /`, `sqrt`, compare and select are used: no fused or approximate operation, and over the lanes
-//! of a batch none but the least and the most, which do not depend on an order.
+//! A batch is always eight wide on every CPU: two registers on SSE2 and NEON, one on AVX2. The
+//! grouping of constraints, and with it every bit of the result, is therefore the same everywhere.
+//! The kernels use only `+ - * /`, `sqrt`, compare and select, and no fused or approximate
+//! operation. The only reductions over the lanes of a batch are minimum and maximum, which do not
+//! depend on the order.
 
 #![cfg_attr(
     target_arch = "x86_64",
@@ -19,7 +20,7 @@ use fearless_simd::{
 
 use super::math::{Vec3, greater, lesser};
 
-/// Lanes of a batch.
+/// Number of lanes of a batch.
 pub(crate) const LANES: usize = 8;
 
 /// Eight numbers in memory.
@@ -28,10 +29,10 @@ pub(crate) type Lanes = [f32; LANES];
 /// Eight numbers in registers.
 pub(crate) type Wide<S> = f32x8<S>;
 
-/// Yes or no for each lane.
+/// One boolean per lane.
 pub(crate) type Mask<S> = mask32x8<S>;
 
-/// Loads.
+/// Loads eight numbers.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, from: &Lanes) -> Wide<S> {
     Wide::load_array_ref(simd, from)
@@ -43,8 +44,8 @@ pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> Wide<S> {
     Wide::splat(simd, value)
 }
 
-/// The larger one of each lane; the second if they do not compare. That is what the one instruction of
-/// x86 does; elsewhere it takes two.
+/// The larger number in each lane; the second if they do not compare. This is the behavior of the
+/// one x86 instruction; other targets need two.
 #[inline(always)]
 pub(crate) fn max<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
     if cfg!(any(target_arch = "x86", target_arch = "x86_64")) {
@@ -54,7 +55,7 @@ pub(crate) fn max<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
     }
 }
 
-/// The smaller one of each lane; the second if they do not compare.
+/// The smaller number in each lane; the second if they do not compare.
 #[inline(always)]
 pub(crate) fn min<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
     if cfg!(any(target_arch = "x86", target_arch = "x86_64")) {
@@ -70,7 +71,7 @@ pub(crate) fn select<S: Simd>(mask: mask32x8<S>, a: Wide<S>, b: Wide<S>) -> Wide
     mask.select(a, b)
 }
 
-/// See [`crate::base::math::bounded`].
+/// Applies [`crate::base::math::bounded`] to each lane.
 #[inline(always)]
 pub(crate) fn bounded<S: Simd>(simd: S, a: Wide<S>) -> Wide<S> {
     let most = splat(simd, f32::MAX);
@@ -90,8 +91,8 @@ pub(crate) fn sqrt<S: Simd>(a: Wide<S>) -> Wide<S> {
     a.sqrt()
 }
 
-/// One bit for each number that is at most 0. Compilers make twenty instructions of the loop, where this
-/// has two a register.
+/// Bit mask of the numbers that are at most 0. Compilers make twenty instructions of a loop; this
+/// takes two per register.
 #[cfg(target_arch = "x86_64")]
 #[inline]
 pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
@@ -109,23 +110,23 @@ pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
     (low | high << 4).cast_unsigned()
 }
 
-/// One bit for each number that is at most 0.
+/// Bit mask of the numbers that are at most 0.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
 pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
     numbers.iter().enumerate().fold(0, |bits, (i, x)| bits | u32::from(*x <= 0.0) << i)
 }
 
-/// One bit for each lane.
+/// Bit mask of all lanes.
 pub(crate) const ALL: u32 = (1 << LANES) - 1;
 
-/// One bit for each lane in use of group `group`, where `count` items stand in groups of lanes.
+/// Bit mask of the lanes in use in group `group`, if `count` items are stored in groups of lanes.
 #[inline(always)]
 pub(crate) fn lanes_in_use(count: usize, group: usize) -> u32 {
     (1 << (count - group * LANES).min(LANES)) - 1
 }
 
-/// One bit for each lane that is set, lane 0 the lowest.
+/// Bit mask of the lanes that are set; lane 0 is the lowest bit.
 #[inline(always)]
 pub(crate) fn bits<S: Simd>(mask: Mask<S>) -> u32 {
     #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
@@ -157,19 +158,19 @@ pub(crate) fn most<S: Simd>(a: Wide<S>) -> f32 {
     greater(p, q)
 }
 
-/// Asks for the cache lines of an item that will be needed soon. Changes nothing but time.
+/// Prefetches the cache lines of an item. Affects only time.
 #[inline(always)]
 pub(crate) fn prefetch<T>(item: &T) {
     prefetch_lines(item, size_of::<T>().div_ceil(64));
 }
 
-/// Asks for the first cache lines of an item.
+/// Prefetches the first cache lines of an item.
 #[inline(always)]
 pub(crate) fn prefetch_lines<T>(item: &T, lines: usize) {
     (0..lines).for_each(|k| prefetch_line(item, k));
 }
 
-/// Asks for the cache line in which byte 64 k of an item is.
+/// Prefetches the cache line that contains byte 64 k of an item.
 #[inline(always)]
 pub(crate) fn prefetch_line<T>(item: &T, k: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -198,7 +199,7 @@ pub(crate) struct Vec3w<S: Simd> {
 }
 
 impl<S: Simd> Vec3w<S> {
-    /// Of rows x, y, z and a number that is left out.
+    /// Loads rows x, y, z and a fourth number, which is ignored.
     #[inline(always)]
     pub(crate) fn of_rows(simd: S, r: &[[f32; 4]; LANES]) -> Self {
         let [x, y, z, _] = gather_rows(simd, r);
@@ -210,7 +211,8 @@ impl<S: Simd> Vec3w<S> {
         Self { x: load(simd, &from[0]), y: load(simd, &from[1]), z: load(simd, &from[2]) }
     }
 
-    /// Three of them. (`array::map` in a kernel may not be inlined, and then costs ten times more.)
+    /// Loads three vectors. (`array::map` in a kernel may not be inlined, and then costs ten times
+    /// more.)
     #[inline(always)]
     pub(crate) fn load3(simd: S, from: &[[Lanes; 3]; 3]) -> [Self; 3] {
         [Self::load(simd, &from[0]), Self::load(simd, &from[1]), Self::load(simd, &from[2])]
@@ -255,7 +257,7 @@ impl<S: Simd> Vec3w<S> {
         }
     }
 
-    /// As [`crate::base::math::Vec3::any_perpendicular`], bit by bit.
+    /// Same bits as [`crate::base::math::Vec3::any_perpendicular`].
     #[inline(always)]
     pub(crate) fn any_perpendicular(self, simd: S) -> Self {
         let zero = splat(simd, 0.0);
@@ -313,7 +315,7 @@ pub(crate) struct Sym3w<S: Simd> {
 }
 
 impl<S: Simd> Sym3w<S> {
-    /// In the order of [`crate::base::sym3::Sym3`]: xx, yy, zz, xy, xz, yz.
+    /// Loads in the order of [`crate::base::sym3::Sym3`]: xx, yy, zz, xy, xz, yz.
     #[inline(always)]
     pub(crate) fn load(simd: S, m: &[Lanes; 6]) -> Self {
         Self {
@@ -399,26 +401,26 @@ pub(crate) const fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
     (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (v.x, v.y, v.z);
 }
 
-/// The lower halves of `a` and `b` interleaved, within each half of four: a0 b0 a1 b1, a4 b4 a5 b5.
-/// The compiler makes one instruction of it wherever there is one.
+/// Interleaves the lower halves of `a` and `b`, within each half of four: a0 b0 a1 b1, a4 b4 a5 b5.
+/// The compiler makes one instruction of it where the target has one.
 #[inline(always)]
 fn unpack_low<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
     a.zip_low(b).split().0.combine(a.zip_high(b).split().0)
 }
 
-/// As [`unpack_low`], of the upper halves: a2 b2 a3 b3, a6 b6 a7 b7.
+/// Interleaves the upper halves, like [`unpack_low`]: a2 b2 a3 b3, a6 b6 a7 b7.
 #[inline(always)]
 fn unpack_high<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
     a.zip_low(b).split().1.combine(a.zip_high(b).split().1)
 }
 
-/// Rows k and k + 4 of eight rows side by side.
+/// Combines rows k and k + 4 of eight rows.
 #[inline(always)]
 fn pair<S: Simd>(simd: S, low: &[f32; 4], high: &[f32; 4]) -> Wide<S> {
     f32x4::load_array_ref(simd, low).combine(f32x4::load_array_ref(simd, high))
 }
 
-/// Eight 16-byte rows to four columns: loads and a transposition in registers.
+/// Transposes eight 16-byte rows to four columns, with loads and a transposition in registers.
 #[inline(always)]
 pub(crate) fn gather4<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> [Wide<S>; 4] {
     let (a, b) = (pair(simd, r[0], r[4]), pair(simd, r[1], r[5]));
@@ -428,7 +430,7 @@ pub(crate) fn gather4<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> [Wide<S>; 4] {
     [unpack_low(p, q), unpack_high(p, q), unpack_low(s, t), unpack_high(s, t)]
 }
 
-/// As [`gather4`], of rows that lie side by side.
+/// Like [`gather4`], for contiguous rows.
 #[inline(always)]
 pub(crate) fn gather_rows<S: Simd>(simd: S, r: &[[f32; 4]; LANES]) -> [Wide<S>; 4] {
     let mut rows = [&r[0]; LANES];
@@ -438,14 +440,14 @@ pub(crate) fn gather_rows<S: Simd>(simd: S, r: &[[f32; 4]; LANES]) -> [Wide<S>; 
     gather4(simd, rows)
 }
 
-/// Eight 16-byte rows to vectors; the fourth number of a row is left out.
+/// Converts eight 16-byte rows to vectors; ignores the fourth number of each row.
 #[inline(always)]
 pub(crate) fn gather<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> Vec3w<S> {
     let [x, y, z, _] = gather4(simd, r);
     Vec3w { x, y, z }
 }
 
-/// Four columns to eight 16-byte rows.
+/// Transposes four columns to eight 16-byte rows.
 #[inline(always)]
 pub(crate) fn scatter4<S: Simd>([x, y, z, w]: [Wide<S>; 4]) -> [f32x4<S>; LANES] {
     let (p, q) = (unpack_low(x, z), unpack_low(y, w));
@@ -457,13 +459,13 @@ pub(crate) fn scatter4<S: Simd>([x, y, z, w]: [Wide<S>; 4]) -> [f32x4<S>; LANES]
     [a, b, c, d, e, f, g, h]
 }
 
-/// Vectors to eight 16-byte rows, the fourth number 0.
+/// Converts vectors to eight 16-byte rows, with 0 as the fourth number.
 #[inline(always)]
 pub(crate) fn scatter<S: Simd>(simd: S, v: Vec3w<S>) -> [f32x4<S>; LANES] {
     scatter4([v.x, v.y, v.z, splat(simd, 0.0)])
 }
 
-/// A SIMD level of this machine. All levels give the same bits; the best is chosen by itself.
+/// A SIMD level of this machine. All levels give the same bits; the engine selects the best one.
 #[derive(Clone, Copy, Debug)]
 pub struct SimdLevel(pub(crate) Level);
 
@@ -500,7 +502,7 @@ impl SimdLevel {
         Self::available().into_iter().find(|l| l.name() == name)
     }
 
-    /// Its name: `avx512`, `avx2`, `sse4.2`, `sse2`, `neon`, `simd128` or `scalar`.
+    /// Name of the level: `avx512`, `avx2`, `sse4.2`, `sse2`, `neon`, `simd128` or `scalar`.
     #[must_use]
     pub fn name(self) -> &'static str {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

@@ -1,4 +1,4 @@
-//! Rotations in lanes, and the angle that they need.
+//! Rotations in lanes, and the angle function that they need.
 
 use core::ops::Neg;
 
@@ -16,35 +16,35 @@ pub(crate) struct Quatw<S: Simd> {
 }
 
 impl<S: Simd> Quatw<S> {
-    /// Of rows x, y, z, w.
+    /// Loads contiguous rows x, y, z, w.
     #[inline(always)]
     pub(crate) fn of_rows(simd: S, r: &[[f32; 4]; LANES]) -> Self {
         let [x, y, z, w] = gather_rows(simd, r);
         Self { u: Vec3w { x, y, z }, w }
     }
 
-    /// As [`Self::of_rows`], of rows that lie anywhere.
+    /// Like [`Self::of_rows`], for rows at any address.
     #[inline(always)]
     pub(crate) fn gather(simd: S, r: [&[f32; 4]; LANES]) -> Self {
         let [x, y, z, w] = gather4(simd, r);
         Self { u: Vec3w { x, y, z }, w }
     }
 
-    /// As [`crate::base::quat::Quat::rotate`], bit by bit.
+    /// Same bits as [`crate::base::quat::Quat::rotate`].
     #[inline(always)]
     pub(crate) fn rotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
         let t = self.u.cross(v) * splat(simd, 2.0);
         v + t * self.w + self.u.cross(t)
     }
 
-    /// As [`crate::base::quat::Quat::unrotate`].
+    /// Same bits as [`crate::base::quat::Quat::unrotate`].
     #[inline(always)]
     pub(crate) fn unrotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
         self.conjugate().rotate(simd, v)
     }
 
-    /// The rotation `o` seen from this one: the conjugate of this times `o`, bit by bit as
-    /// [`crate::base::quat::Quat`] multiplies.
+    /// The rotation `o` relative to this one: the conjugate of this times `o`, with the same bits
+    /// as the product of [`crate::base::quat::Quat`].
     #[inline(always)]
     pub(crate) fn to(self, o: Self) -> Self {
         let c = -self.u;
@@ -56,7 +56,8 @@ impl<S: Simd> Quatw<S> {
         Self { u, w: self.w * o.w - c.x * o.u.x - c.y * o.u.y - c.z * o.u.z }
     }
 
-    /// Twice the chord of two unit quaternions: no less than the angle between the rotations, where that is small.
+    /// Twice the chord of two unit quaternions: at least the angle between the rotations, for small
+    /// angles.
     #[inline(always)]
     pub(crate) fn chord(self, simd: S, o: Self) -> Wide<S> {
         let (d, w) = (self.u - o.u, self.w - o.w);
@@ -68,21 +69,21 @@ impl<S: Simd> Quatw<S> {
         Self { u: -self.u, w: self.w }
     }
 
-    /// The rotation `o`, then this one.
+    /// The rotation `o` followed by this one.
     #[inline(always)]
     pub(crate) fn after(self, o: Self) -> Self {
         let u = o.u * self.w + self.u * o.w + self.u.cross(o.u);
         Self { u, w: self.w * o.w - self.u.dot(o.u) }
     }
 
-    /// The same rotation with a real part that is not below 0.
+    /// The same rotation with a real part that is at least 0.
     #[inline(always)]
     pub(crate) fn shorter(self, simd: S) -> Self {
         let long = above(splat(simd, 0.0), self.w);
         Self { u: Vec3w::select(long, self.u.neg(), self.u), w: select(long, -self.w, self.w) }
     }
 
-    /// The axes x, y, z turned by it.
+    /// The axes x, y, z rotated by it.
     #[inline(always)]
     pub(crate) fn axes(self, simd: S) -> [Vec3w<S>; 3] {
         let (one, two) = (splat(simd, 1.0), splat(simd, 2.0));
@@ -98,11 +99,12 @@ impl<S: Simd> Quatw<S> {
     }
 }
 
-/// Angles of the points (x, y) [rad], -π to π; 0 at the origin. Wrong by 3e-7 at most.
+/// Angles of the points (x, y) [rad], -π to π; 0 at the origin. The error is at most 3e-7.
 ///
-/// Of the smaller part over the larger one it takes the arc tangent, beyond tan π/8 by that of the sum of angles,
-/// atan t = π/4 + atan (t - 1)/(t + 1). The rest is t + t³ P(t²), P of degree 3 with the least greatest relative error up to
-/// tan π/8, 2e-8, by the exchange algorithm [Remez34].
+/// Computes the arc tangent of the smaller component over the larger one; beyond tan π/8 by the
+/// sum of angles, atan t = π/4 + atan (t - 1)/(t + 1). The rest is t + t³ P(t²). P has degree 3
+/// and the minimal maximum relative error up to tan π/8, 2e-8, from the exchange algorithm
+/// [Remez34].
 #[inline(always)]
 pub(crate) fn atan2<S: Simd>(simd: S, y: Wide<S>, x: Wide<S>) -> Wide<S> {
     use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -135,8 +137,9 @@ mod tests {
 
     #[test]
     fn angles_are_those_of_the_points_in_all_directions() {
-        // Rounding of the quotient, of the polynomial and of the sums with π/4, π/2 and π: an ulp of π, 2.4e-7,
-        // where it is large; of the angle itself, 3 ulps, where it is small.
+        // Errors come from rounding of the quotient, of the polynomial and of the sums with π/4,
+        // π/2 and π: an ulp of π, 2.4e-7, for a large angle; 3 ulps of the angle itself for a
+        // small one.
         for SimdLevel(level) in SimdLevel::available() {
             for i in 0..4000_u16 {
                 let (s, c) =

@@ -1,8 +1,9 @@
-//! How far a convex solid is from another solid, and how far it can go before the two meet.
+//! Distance of a convex solid from another solid, and its motion up to the first hit.
 //!
-//! The way by conservative advancement: a plane between the two at their closest points stays between them until
-//! the one that moves has crossed their distance along its normal, so it may go on by so much
-//! [Mirtich96]. The normals turn towards that of the contact, and the steps become smaller as fast as the gap does.
+//! The motion uses conservative advancement [Mirtich96]. A plane between the two at their closest
+//! points stays between them until the moving solid has covered their distance along its normal, so
+//! it may advance by that much. The normals converge to the contact normal, and the steps shrink as
+//! fast as the gap does.
 
 mod turning;
 
@@ -18,47 +19,51 @@ use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::wide::SimdLevel;
 
-/// Where A and B are nearest to each other, in the frame of A.
+/// The closest points of A and B, in the frame of A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Nearby {
-    /// [m]; below 0: they overlap by so much along the normal.
+    /// Distance [m]; below 0: the depth of the overlap along the normal.
     pub(crate) distance: f32,
     pub(crate) point_a: Vec3,
     pub(crate) point_b: Vec3,
-    /// Unit, from A to B.
+    /// Unit normal, from A to B.
     pub(crate) normal: Vec3,
 }
 
-/// Where B comes to meet A, in the frame of A.
+/// The first hit of the moving B on A, in the frame of A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
-    /// Part of the way, 0 to 1; 0 where they overlap at the start.
+    /// Fraction of the motion, 0 to 1; 0 for an overlap at the start.
     pub(crate) fraction: f32,
     pub(crate) point: Vec3,
-    /// Unit, from A to B.
+    /// Unit normal, from A to B.
     pub(crate) normal: Vec3,
-    /// They overlap at the start by more than some roundings.
+    /// Whether they overlap at the start by more than some roundings.
     pub(crate) overlap: bool,
 }
 
-/// Steps of an advancement: 3 to 10 for polytopes, 30 for what round bodies graze. What takes longer counts as
-/// met where it has come to, a little before it is.
+/// Maximum number of advancement steps: 3 to 10 for polytopes, 30 for grazed round bodies. A search
+/// that takes longer counts as a hit where it stands, slightly before the true one.
 const ROUNDS: usize = 64;
 
-/// Two that are so near, as a part of their sizes and places, have met: some roundings of f32.
+/// Maximum distance that counts as a hit, relative to sizes and positions: some roundings of f32.
 const MET: f32 = 2.0e-6;
 
-/// A way that leaves a surface by no more than this angle [rad] against it goes along it: some roundings of a direction.
+/// Maximum angle [rad] into or out of a surface for a motion along it: some roundings of a
+/// direction.
 pub(crate) const ALONG: f32 = 1.0e-6;
 
-/// What slides along a surface is kept off it by so many times what counts as met, so that nothing that is flush with
-/// the surface is: a seam would stop it otherwise.
+/// Height above a surface at which a shape slides along it, in multiples of the distance that
+/// counts as a hit. Whatever is flush with the surface then stays clear; otherwise a seam would
+/// stop the shape.
 const CLEAR: f32 = 4.0;
 
-/// Closest points so near tell no normal: for it the two are moved apart by this part of the size of the smaller one.
+/// Shift that moves the two apart to find a normal, relative to the smaller one's size: closest
+/// points that are too near give none.
 const APART: f32 = 0.01;
 
-/// The closest points of A and the convex B, unless they are farther apart than `reach` [m].
+/// Returns the closest points of A and the convex B, unless they are farther apart than `reach`
+/// [m].
 pub(crate) fn closest(a: &Solid, b: &Solid, b_in_a: &Pose, reach: f32) -> Option<Nearby> {
     let placed = Placed::new(a, b, b_in_a)?;
     let found = match &a.core {
@@ -75,41 +80,42 @@ pub(crate) fn closest(a: &Solid, b: &Solid, b_in_a: &Pose, reach: f32) -> Option
     (near.distance <= reach).then_some(near)
 }
 
-/// How B moves against A, evenly, up to a part of it [frame of A].
+/// Motion of B relative to A, at constant velocity, up to a fraction of it [frame of A].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Course {
-    /// How far the origin of its frame moves [m].
+    /// Displacement of the origin of B's frame [m].
     pub(crate) delta: Vec3,
-    /// How far it turns about that origin, as a rotation vector [rad].
+    /// Rotation about that origin, as a rotation vector [rad].
     pub(crate) turn: Vec3,
-    /// The part of the whole way that is looked at, 0 to 1.
+    /// The part of the motion to search, 0 to 1.
     pub(crate) limit: f32,
 }
 
 impl Course {
-    /// All of a way without a turn [m].
+    /// A whole motion without rotation [m].
     pub(crate) const fn straight(delta: Vec3) -> Self {
         Self { delta, turn: Vec3::ZERO, limit: 1.0 }
     }
 }
 
-/// What B touches and slides along.
+/// The surfaces that B touches and slides along.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sliding {
-    /// Off all of it: at least 1 along each of the normals. Zero: it touches nothing.
+    /// Direction off all of them: at least 1 along each normal. Zero if B touches nothing.
     pub(crate) off: Vec3,
-    /// By so much what is flush may yet stand out, as places are rounded [m].
+    /// Maximum height by which flush surfaces may stand out, because positions are rounded [m].
     pub(crate) least: f32,
 }
 
 impl Sliding {
-    /// How far B is kept off what is met up to `met` [m].
+    /// Shift of B off the surfaces [m]; `met` is the distance that counts as a hit [m].
     fn shift(&self, met: f32) -> Vec3 {
         self.off * greater(CLEAR * met, self.least)
     }
 }
 
-/// Tells the normals, from A to B, along which the two touch within `slack` [m] or some roundings.
+/// Calls `tell` with the normals, from A to B, along which the two touch within `slack` [m] plus
+/// some roundings.
 pub(crate) fn touched(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32, mut tell: impl FnMut(Vec3)) {
     let (made, margin) = manifolds(a, b, b_in_a, slack);
     for m in &made {
@@ -120,7 +126,7 @@ pub(crate) fn touched(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32, mut tell:
     }
 }
 
-/// Where the convex B first meets A on its course.
+/// Returns the first hit of the convex B on A.
 pub(crate) fn meet(
     a: &Solid,
     b: &Solid,
@@ -130,7 +136,7 @@ pub(crate) fn meet(
 ) -> Option<Meeting> {
     let placed = Placed { sliding: *sliding, ..Placed::new(a, b, b_in_a)? };
     let Course { delta, limit, .. } = *course;
-    // A ball that turns stays as it is.
+    // A ball that turns does not change.
     let turns = course.turn != Vec3::ZERO && !matches!(b.core, Core::Point);
     let found = match &a.core {
         _ if turns => turning::meet(a, b, &placed, course),
@@ -141,7 +147,8 @@ pub(crate) fn meet(
             placed.advance(&convex_set(&x), delta, limit, || deepest(a, b, b_in_a))
         }
     }?;
-    // What a triangle says of an overlap is that of its plane alone; all of them together say more.
+    // An overlap with a single triangle only uses its plane; all triangles together give a better
+    // one.
     if found.fraction > 0.0 || !matches!(a.core, Core::Mesh(_)) {
         return Some(found);
     }
@@ -159,12 +166,14 @@ pub(crate) fn meet(
 }
 
 impl Nearby {
-    /// True of two that overlap by more than what counts as touching, `met` [m].
+    /// Returns true if the two overlap by more than the distance that counts as touching, `met`
+    /// [m].
     fn overlaps(&self, met: f32) -> bool {
         self.distance < -2.0 * met
     }
 
-    /// True of two that touch or overlap, unless they do no more than touch, within `met` [m], and B leaves the surface or goes along it.
+    /// Returns true if the motion hits at its start. Two that only touch, within `met` [m], do not
+    /// hit if B moves away from the surface or along it.
     fn meets_at_once(&self, delta: Vec3, met: f32) -> bool {
         self.overlaps(met) || self.normal.dot(delta) < -ALONG * delta.length()
     }
@@ -177,23 +186,24 @@ impl Meeting {
     }
 }
 
-/// What B comes to: a convex set, without its rounding, around a point in it.
+/// The obstacle of B: a convex set, without its rounding, and a point inside it.
 struct Set<F> {
     support: F,
     center: Vec3,
-    /// Of the order of its extent [m].
+    /// Approximate extent [m].
     size: f32,
 }
 
-/// A convex core as a set.
+/// Converts a convex core to a set.
 fn convex_set<'a>(x: &'a Convex<'_>) -> Set<impl Fn(Vec3) -> Vec3 + 'a> {
     Set { support: |d| x.support(d), center: x.center(), size: x.size() }
 }
 
-/// The contacts of two that touch or overlap, and how far apart they may be to touch: `slack` [m] and some roundings.
+/// Returns the contacts of two solids that touch or overlap, and the maximum distance for a touch:
+/// `slack` [m] plus some roundings.
 fn manifolds(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32) -> ([Manifold; MAX_PARTS], f32) {
     let mut made = [Manifold::default(); MAX_PARTS];
-    // What touches may be apart by a rounding.
+    // Touching solids may be apart by a rounding.
     let own = if matches!(a.core, Core::Mesh(_)) { 0.0 } else { a.max_extent(Vec3::ZERO) };
     let size = own + b.max_extent(Vec3::ZERO) + b_in_a.position.abs().max_element();
     let margin = 2.0 * MET * size + slack;
@@ -207,7 +217,7 @@ fn manifolds(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32) -> ([Manifold; MAX
     (made, margin)
 }
 
-/// The deepest contact of two that touch or overlap.
+/// Returns the deepest contact of two solids that touch or overlap.
 fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
     let (made, _) = manifolds(a, b, b_in_a, 0.0);
     let points = made.iter().flat_map(|m| m.points().iter().map(|p| (m.normal, p)));
@@ -225,9 +235,9 @@ fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
 struct Placed<'a> {
     convex: Convex<'a>,
     pose: &'a Pose,
-    /// Of both.
+    /// Rounding radii of A and B [m].
     radius: [f32; 2],
-    /// Of B, and how far it is from the origin [m].
+    /// Size of B plus its distance from the origin [m].
     size: f32,
     sliding: Sliding,
 }
@@ -244,7 +254,7 @@ impl<'a> Placed<'a> {
         self.pose.point(self.convex.support(self.pose.local_direction(direction)))
     }
 
-    /// The closest points of a set and of B moved by `shift`; `None` where they touch.
+    /// Returns the closest points of a set and of B moved by `shift`; `None` where they touch.
     fn nearby(&self, set: &Set<impl Fn(Vec3) -> Vec3>, shift: Vec3) -> Option<Nearby> {
         let start = self.pose.point(self.convex.center()) + shift - set.center;
         let c = gjk::distance(&set.support, |d| self.support(d) + shift, start)?;
@@ -257,7 +267,8 @@ impl<'a> Placed<'a> {
         })
     }
 
-    /// That of two that touch, or overlap by no more than a rounding: B is moved out, and back again.
+    /// Returns the closest points of two that touch, or overlap by no more than a rounding: moves B
+    /// out and back again.
     fn touching(&self, set: &Set<impl Fn(Vec3) -> Vec3>) -> Nearby {
         let center = self.pose.point(self.convex.center());
         let normal = (center - set.center).normalize_or(Vec3::Y);
@@ -271,31 +282,32 @@ impl<'a> Placed<'a> {
         near
     }
 
-    /// How far the two are moved apart where their closest points are too near to tell a normal [m].
+    /// Shift that moves the two apart where their closest points are too near to give a normal [m].
     fn apart(&self, set: &Set<impl Fn(Vec3) -> Vec3>) -> f32 {
         APART * if set.size > 0.0 { lesser(self.size, set.size) } else { self.size }
     }
 
-    /// Two so near have met [m]. `other`: the size and place of the other one [m].
+    /// Maximum distance that counts as a hit [m]. `other` is the size and distance from the origin
+    /// of the other one [m].
     fn met(&self, other: f32) -> f32 {
         MET * (self.size + other)
     }
 
-    /// Over a half-space.
+    /// Closest points of B and a half-space.
     fn above(&self, normal: Vec3, offset: f32) -> Nearby {
         let point_b = self.support(-normal) - normal * self.radius[1];
         let distance = normal.dot(point_b) - offset;
         Nearby { distance, point_a: point_b - normal * distance, point_b, normal }
     }
 
-    /// Over the plane of a triangle, seen from the side where B is.
+    /// Closest points of B and the plane of a triangle, seen from B's side.
     fn above_triangle(&self, face: Vec3, corner: Vec3) -> Nearby {
         let side = face.dot(self.pose.point(self.convex.center()) - corner);
         let normal = if side < 0.0 { -face } else { face };
         self.above(normal, normal.dot(corner))
     }
 
-    /// Onto a half-space.
+    /// First hit of B on a half-space.
     fn fall(&self, normal: Vec3, offset: f32, delta: Vec3, limit: f32) -> Option<Meeting> {
         let start = self.above(normal, offset);
         let met = self.met(offset.abs());
@@ -309,7 +321,8 @@ impl<'a> Placed<'a> {
         (fraction >= 0.0 && fraction <= limit).then_some(meeting)
     }
 
-    /// Onto a convex set. `touch` says how the two touch or overlap at the start, if they do.
+    /// First hit of B on a convex set. `touch` returns the contact at the start, if they touch or
+    /// overlap there.
     fn advance(
         &self,
         set: &Set<impl Fn(Vec3) -> Vec3>,
@@ -336,7 +349,8 @@ impl<'a> Placed<'a> {
             if !(closing > 0.0) {
                 return None;
             }
-            // Up to half of the gap that counts as none: what touches has no closest points.
+            // Advances to half of the distance that counts as a hit: touching sets have no closest
+            // points.
             fraction += (near.distance - 0.5 * met) / closing;
             if !(fraction <= limit) {
                 return None;
@@ -353,23 +367,24 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// The corner of a triangle farthest along a direction.
+/// Returns the corner of a triangle farthest along a direction.
 fn farthest(corners: [Vec3; 3], direction: Vec3) -> Vec3 {
     let [a, b, c] = corners.map(|corner| corner.dot(direction));
     corners[if a >= b && a >= c { 0 } else { 1 + usize::from(c > b) }]
 }
 
-/// A triangle as a set.
+/// Converts a triangle to a set.
 fn flat(corners: [Vec3; 3]) -> Set<impl Fn(Vec3) -> Vec3> {
     let center = (corners[0] + corners[1] + corners[2]) * (1.0 / 3.0);
     let size = greater((corners[1] - corners[0]).length(), (corners[2] - corners[0]).length());
     Set { support: move |d| farthest(corners, d), center, size }
 }
 
-/// The closest points of B and the nearest triangle within `reach`, of several at one distance that of lower number.
+/// Returns the closest points of B and the nearest triangle within `reach`; at equal distances the
+/// lower number wins.
 fn closest_triangle(mesh: &Mesh, b: &Placed<'_>, solid: &Solid, reach: f32) -> Option<Nearby> {
     let around = solid.aabb(b.pose);
-    // Wider and wider: what is near is found among few.
+    // The search widens step by step, so that a near triangle is found among few.
     let mut look = lesser(reach, around.half_extents().max_element());
     loop {
         let mut best: Option<(u32, Nearby)> = None;
@@ -396,8 +411,9 @@ fn closest_triangle(mesh: &Mesh, b: &Placed<'_>, solid: &Solid, reach: f32) -> O
     }
 }
 
-/// The first triangle that B meets on its way by `delta`, in a box `around` it all the while. `meet` tells of a triangle, a lane
-/// of a pack, where it is met within a part of the way.
+/// Returns the first triangle that B hits while it moves by `delta` inside the box `around`, which
+/// moves with it. `meet` returns the hit on a triangle (a lane of a pack) up to a fraction of the
+/// motion.
 fn first_triangle(
     mesh: &Mesh,
     around: &Aabb,
@@ -414,7 +430,7 @@ fn first_triangle(
             if !around.union(&end).overlaps(&Aabb::of_points(pack.triangle(lane))) {
                 continue;
             }
-            // Of several at one place the one of the lowest number.
+            // At equal fractions the lowest number wins.
             if let Some(met) = meet(pack, lane, limit)
                 && best.is_none_or(|(n, m)| (met.fraction, number) < (m.fraction, n))
             {
@@ -456,7 +472,7 @@ mod tests {
     use parry3d::shape;
     use std::sync::Arc;
 
-    /// Our shapes, and parry's.
+    /// Pairs of our shapes and parry's.
     fn shapes(numbers: &mut Numbers) -> Vec<(Shape, Box<dyn shape::Shape>)> {
         let half = vec3(0.7, 0.4, 1.1);
         let points: Vec<Vec3> = (0..24).map(|_| numbers.point()).collect();
@@ -478,7 +494,7 @@ mod tests {
         Quat::from_axis_angle(axis, 3.0 * numbers.next())
     }
 
-    /// How high the lowest point of a solid is along a normal.
+    /// Height of the lowest point of a solid along a normal.
     fn height(b: &Solid, pose: &Pose, normal: Vec3) -> f32 {
         let convex = super::Convex::of(&b.core).unwrap();
         let lowest = pose.point(convex.support(pose.local_direction(-normal)));
@@ -508,8 +524,9 @@ mod tests {
                         assert!(found.distance < 1e-4, "{a:?} {b:?} {pose:?}: {found:?}");
                         continue;
                     }
-                    // Both points are of the shapes, and no plane is between them that tells more: it is exact. (parry's
-                    // capsules side by side are off by 2 mm.)
+                    // Both points belong to the shapes, and no plane between them gives a larger
+                    // distance: it is exact. (parry's distance of capsules side by side is off by 2
+                    // mm.)
                     let lowest = height(&solid_b, &pose, found.normal);
                     let highest = -height(&solid_a, &Pose::IDENTITY, -found.normal);
                     let off = (found.distance - (lowest - highest)).abs();
@@ -545,7 +562,7 @@ mod tests {
                         meet(a, b, &pose, &Course::straight(delta), &Sliding::default())
                     else {
                         missed += 1;
-                        // They never overlap on the way, beyond what is grazed.
+                        // They never overlap during the motion, beyond grazing.
                         for k in 0..=40_u8 {
                             let t = f32::from(k) / 40.0;
                             assert!(apart(t) > -1e-3, "{b:?} {pose:?} {delta:?} {t}");
@@ -557,12 +574,13 @@ mod tests {
                         assert!(meeting.fraction <= 0.0);
                         continue;
                     }
-                    // A tenth of a millimeter before they are apart, and by no more than that way.
+                    // A tenth of a millimeter before the hit they are apart, by no more than that
+                    // distance.
                     let step = 1e-4 / delta.length();
                     let gap = apart(meeting.fraction - step);
                     let ok = meeting.fraction < step || (gap > 0.0 && gap < 1e-4 + 2e-5);
                     assert!(ok, "{b:?} {pose:?} {delta:?}: {meeting:?} {gap}");
-                    // Nothing was passed through on the way there.
+                    // The motion passed through nothing before the hit.
                     for k in 0..20_u8 {
                         let t = (meeting.fraction - step) * f32::from(k) / 20.0;
                         assert!(apart(t) > 0.0, "{b:?} {pose:?} {delta:?} {t}");

@@ -1,5 +1,6 @@
-//! Eight boxes, tested at once. Plain arrays: a lane never depends on its neighbor, so the compiler makes of
-//! each loop what the target has, and the result is the same everywhere.
+//! Eight bounding boxes, tested at once. Plain arrays: a lane never depends on its neighbor, so the
+//! compiler turns each loop into the target's vector instructions, and the result is the same
+//! everywhere.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -8,13 +9,14 @@ use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{LANES, Lanes, at, bits_up_to_zero, put};
 
-/// The allowance of [`Aabb::meets_ray`].
+/// Rounding allowance of [`Aabb::meets_ray`].
 const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// A segment `origin + t delta` from `t = 0` [m], or a box that moves so, as tests with boxes take it.
+/// A segment `origin + t delta` from `t = 0` [m], or a box with this motion, prepared for tests
+/// with boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
-    /// The corners of the moving box at the start: one for a segment.
+    /// Corners of the moving box at the start; both equal for a segment.
     low: Vec3,
     high: Vec3,
     /// 1/delta per component, infinite where that is zero.
@@ -32,11 +34,11 @@ impl Ray {
     }
 }
 
-/// Boxes side by side; a free place holds the empty box, which nothing overlaps.
+/// Eight boxes; a free lane holds the empty box, which overlaps nothing.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Boxes {
-    /// Coordinate, box [m].
+    /// Indexed by coordinate, then box [m].
     pub(crate) min: [Lanes; 3],
     pub(crate) max: [Lanes; 3],
 }
@@ -56,7 +58,7 @@ impl Boxes {
         Aabb::new(at(&self.min, lane), at(&self.max, lane))
     }
 
-    /// The box around all eight.
+    /// Bounding box of all eight.
     #[inline]
     pub(crate) fn bounds(&self) -> Aabb {
         let mut all = Aabb::EMPTY;
@@ -73,15 +75,15 @@ impl Boxes {
         all
     }
 
-    /// Where a ray enters each box, infinite where it does not meet it within `max`: the same answers as
-    /// [`Aabb::meets_ray`].
+    /// Fraction at which a ray enters each box; infinite where it does not hit it within `max`. The
+    /// results equal those of [`Aabb::meets_ray`].
     #[inline]
     pub(crate) fn entries(&self, ray: &Ray, max: f32) -> Lanes {
         let (mut near, mut high) = ([0.0; LANES], [max; LANES]);
         for i in 0..3 {
             let (first, last, k) = (ray.low[i], ray.high[i], ray.inv[i]);
             let (from, to) = (&self.min[i], &self.max[i]);
-            // The branch stands outside of the lanes: within, compilers take them one by one.
+            // The branch is outside the lane loops: inside, compilers process lanes one by one.
             if k.is_infinite() {
                 for l in 0..LANES {
                     high[l] = if last < from[l] || first > to[l] { -1.0 } else { high[l] };
@@ -95,14 +97,14 @@ impl Boxes {
             }
         }
         for l in 0..LANES {
-            // Not of free places: infinity less infinity.
+            // Free lanes compute infinity minus infinity.
             let met = self.min[0][l] <= self.max[0][l] && near[l] <= high[l] * ROUNDING;
             near[l] = if met { near[l] } else { f32::INFINITY };
         }
         near
     }
 
-    /// One bit for each box that overlaps `b`.
+    /// Bit mask of the boxes that overlap `b`.
     #[inline]
     pub(crate) fn overlaps(&self, b: &Aabb) -> u32 {
         let mut apart = [f32::NEG_INFINITY; LANES];
@@ -116,8 +118,8 @@ impl Boxes {
     }
 }
 
-/// Calls `f` with each lane that a ray enters (`near`: where, infinite where it does not), the nearest first, as
-/// long as that is not beyond `max`, which `f` may shorten; negative: stop.
+/// Calls `f` with each lane that a ray enters, the nearest first, while its entry is not beyond
+/// `max`. `near` holds the entries; infinite means no hit. `f` may shorten `max`; negative: stop.
 #[inline]
 pub(crate) fn nearest_first(mut near: Lanes, max: &mut f32, mut f: impl FnMut(usize, &mut f32)) {
     while *max >= 0.0 {
@@ -127,7 +129,8 @@ pub(crate) fn nearest_first(mut near: Lanes, max: &mut f32, mut f: impl FnMut(us
                 first = lane;
             }
         }
-        // What is infinite is not met, or was visited; a ray may well be so long that its end is infinite too.
+        // An infinite entry is no hit, or visited already; the end of a very long ray may be
+        // infinite too.
         if !(near[first] <= *max * ROUNDING) || near[first].is_infinite() {
             return;
         }

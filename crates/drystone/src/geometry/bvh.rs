@@ -1,4 +1,4 @@
-//! A binary tree of boxes that stay: those of a mesh's triangles.
+//! A static binary tree of bounding boxes, for the triangles of a mesh.
 
 use crate::base::aabb::Aabb;
 
@@ -12,14 +12,14 @@ struct Node {
     right: u32,
 }
 
-/// What is below a node.
+/// The children of a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Children {
     Nodes([u32; 2]),
     Item(u32),
 }
 
-/// Boxes of items in a tree. An item is a number of the user's; a leaf is its place in the tree.
+/// A tree of items' boxes. An item is the caller's number; a leaf is its position in the tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
@@ -33,7 +33,7 @@ impl Default for Bvh {
 }
 
 impl Bvh {
-    /// A tree over `boxes`; item `i` is box `i`.
+    /// Builds a tree over `boxes`; item `i` is box `i`.
     pub(crate) fn build(boxes: &[Aabb]) -> Self {
         let mut tree = Self::default();
         tree.nodes.reserve(boxes.len() * 2);
@@ -48,24 +48,24 @@ impl Bvh {
         tree
     }
 
-    /// The node above all others.
+    /// Returns the root node.
     pub(crate) fn root(&self) -> Option<u32> {
         (self.root != NONE).then_some(self.root)
     }
 
-    /// What is below a node.
+    /// Returns the children of a node.
     pub(crate) fn children(&self, node: u32) -> Children {
         let n = &self.nodes[node as usize];
         if n.left == NONE { Children::Item(n.right) } else { Children::Nodes([n.left, n.right]) }
     }
 
-    /// The box of a node.
+    /// Bounding box of a node.
     pub(crate) fn bounds(&self, node: u32) -> &Aabb {
         &self.nodes[node as usize].bounds
     }
 
-    /// The items in groups of at most `most` that lie near each other: the largest subtrees with so few
-    /// leaves. The items of a group are in the order of their numbers.
+    /// Returns groups of at most `most` items that lie near each other: the largest subtrees of up
+    /// to `most` leaves. Items in a group are sorted by number.
     pub(crate) fn groups(&self, most: usize) -> Vec<Vec<u32>> {
         let mut groups = Vec::new();
         let mut stack: Vec<u32> = if self.root == NONE { Vec::new() } else { vec![self.root] };
@@ -96,7 +96,7 @@ impl Bvh {
         groups
     }
 
-    /// Splits by the longest axis of the centers, in eight bins by the surface heuristic.
+    /// Splits along the longest axis of the centers, in eight bins by the surface area heuristic.
     fn build_over(&mut self, leaves: &mut [u32]) -> u32 {
         if let [only] = leaves {
             return *only;
@@ -126,7 +126,7 @@ impl Bvh {
         u32::try_from(self.nodes.len() - 1).expect("fewer than 2^32 nodes fit in memory")
     }
 
-    /// Sorts the leaves into two sides; gives the size of the first, neither of which is empty.
+    /// Partitions the leaves into two sides, neither of them empty; returns the size of the first.
     fn split_by_bins(&self, leaves: &mut [u32], axis: usize, low: f32, size: f32) -> usize {
         const BINS: usize = 8;
         let scale = 8.0 / size;

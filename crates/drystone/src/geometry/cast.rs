@@ -1,6 +1,7 @@
-//! Rays against one solid.
+//! Casts a ray against one solid.
 //!
-//! In double precision: the discriminant of a distant ray is a small difference of large squares.
+//! All in double precision: the discriminant of a distant ray is a small difference of large
+//! squares.
 
 use super::approach::ALONG;
 use super::boxes::Ray;
@@ -11,17 +12,17 @@ use super::solid::{Core, Solid};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 
-/// Where a ray meets a solid.
+/// A hit of a ray on a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RayHit {
-    /// Part of the ray's length, 0 to 1.
+    /// Fraction of the ray's length, 0 to 1.
     pub(crate) fraction: f32,
-    /// Outward normal there [frame of the solid].
+    /// Outward normal at the hit [frame of the solid].
     pub(crate) normal: Vec3,
 }
 
-/// The first point of `origin + t delta`, 0 <= t <= `max_fraction`, on the surface of the solid (both
-/// in its frame). A ray that starts inside a convex solid does not hit it.
+/// Returns the first point of `origin + t delta`, 0 <= t <= `max_fraction`, on the surface of the
+/// solid (both in its frame). A ray that starts inside a convex solid does not hit it.
 pub(crate) fn ray(solid: &Solid, origin: Vec3, delta: Vec3, max_fraction: f32) -> Option<RayHit> {
     let line = Line { o: DVec3::from(origin), d: DVec3::from(delta) };
     let radius = f64::from(solid.radius);
@@ -41,33 +42,34 @@ pub(crate) fn ray(solid: &Solid, origin: Vec3, delta: Vec3, max_fraction: f32) -
     (fraction <= max_fraction).then(|| RayHit { fraction, normal: normal.single() })
 }
 
-/// Where a point inside a solid is to its surface.
+/// Depth of a point inside a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Depth {
     /// Outward normal of the nearest surface [frame of the solid].
     pub(crate) normal: Vec3,
-    /// [m]
+    /// Depth below the surface [m].
     depth: f32,
-    /// The surface is known to within this [m].
+    /// Rounding error of the surface [m].
     rounding: f32,
 }
 
-/// The surface of a solid is known to this part of its size: some roundings of f32.
+/// Rounding error of a solid's surface, relative to its size: some roundings of f32.
 const ROUNDING: f32 = 4.0e-6;
 
 impl Depth {
-    /// True if it is no deeper than `slack` [m] and some roundings.
+    /// Returns true if the point is no deeper than `slack` [m] plus some roundings.
     pub(crate) fn is_on_surface(&self, slack: f32) -> bool {
         self.depth <= self.rounding + slack
     }
 
-    /// True if a way from the surface leads in, by more than some roundings of its direction.
+    /// Returns true if `delta` leads from the surface into the solid, by more than some roundings
+    /// of its direction.
     pub(crate) fn is_entered_along(&self, delta: Vec3) -> bool {
         self.normal.dot(delta) < -ALONG * delta.length()
     }
 }
 
-/// How deep a point is inside a solid, if it is. No point is inside a mesh.
+/// Depth of a point inside a solid; `None` outside. No point is inside a mesh.
 pub(crate) fn depth(solid: &Solid, p: Vec3) -> Option<Depth> {
     if !is_inside(solid, p) {
         return None;
@@ -77,7 +79,8 @@ pub(crate) fn depth(solid: &Solid, p: Vec3) -> Option<Depth> {
     Some(Depth { normal: near.normal, depth: -near.distance, rounding })
 }
 
-/// Whether a point is inside a solid and not on its surface: of these, [`ray`] hits nothing.
+/// Returns whether a point is inside a solid and not on its surface. [`ray`] returns no hit for
+/// such a start.
 fn is_inside(solid: &Solid, p: Vec3) -> bool {
     let p = DVec3::from(p);
     let within = |radius: f64, away: DVec3| away.dot(away) < radius * radius;
@@ -102,7 +105,8 @@ fn is_inside(solid: &Solid, p: Vec3) -> bool {
     }
 }
 
-/// Where a ray that starts inside a solid leaves it, up to `max_fraction`. The normal is outward: the ray goes along it.
+/// Returns the point where a ray that starts inside a solid leaves it, up to `max_fraction`. The
+/// normal is outward: the ray moves along it.
 pub(crate) fn exit(solid: &Solid, origin: Vec3, delta: Vec3, max_fraction: f32) -> Option<RayHit> {
     let line = Line { o: DVec3::from(origin), d: DVec3::from(delta) };
     let radius = f64::from(solid.radius);
@@ -128,7 +132,7 @@ fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// Points o + t d.
+/// The line of points o + t d.
 #[derive(Clone, Copy)]
 struct Line {
     o: DVec3,
@@ -141,7 +145,7 @@ impl Line {
     }
 }
 
-/// A fraction at least 0, and the unit normal there.
+/// A fraction, at least 0, and the unit normal there.
 type Hit = Option<(f64, DVec3)>;
 
 fn unit(v: DVec3) -> DVec3 {
@@ -156,26 +160,26 @@ fn nearer(a: Hit, b: Hit) -> Hit {
     }
 }
 
-/// The root of a t² + 2 b t + c where the value goes from above 0 to below.
+/// Root of a t² + 2 b t + c where the value falls from above 0 to below.
 fn falling_root(a: f64, b: f64, c: f64) -> Option<f64> {
     let discriminant = b * b - a * c;
     if discriminant <= 0.0 || discriminant.is_nan() {
         return None;
     }
     let s = discriminant.sqrt();
-    // Both are (-b - s) / a; neither subtracts numbers of one sign, and the first allows a = 0.
+    // Both equal (-b - s) / a; neither subtracts numbers of equal sign, and the first allows a = 0.
     let root = if b < 0.0 { c / (s - b) } else { (-b - s) / a };
     root.is_finite().then_some(root)
 }
 
-/// The root of a t² + 2 b t + c, at least 0, where the value goes from below 0, where it starts, to above.
+/// Root of a t² + 2 b t + c, at least 0, where the value rises from below 0 (at t = 0) to above.
 fn rising_root(a: f64, b: f64, c: f64) -> Option<f64> {
     let discriminant = b * b - a * c;
     if discriminant < 0.0 || discriminant.is_nan() {
         return None;
     }
     let s = discriminant.sqrt();
-    // Both are (s - b) / a; neither subtracts numbers of one sign, and the first allows a = 0.
+    // Both equal (s - b) / a; neither subtracts numbers of equal sign, and the first allows a = 0.
     let root = if b > 0.0 { -c / (b + s) } else { (s - b) / a };
     (root.is_finite() && root >= 0.0).then_some(root)
 }
@@ -227,7 +231,7 @@ fn leave_polytope(hull: &Hull, line: Line) -> Hit {
     planes.map(|p| leave_plane(line, DVec3::from(p.normal), f64::from(p.offset))).fold(None, nearer)
 }
 
-/// The first of its caps and its side that the ray passes.
+/// The ray leaves through the cap or side that it passes first.
 fn leave_frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
     let (o, d) = (line.o, line.d);
     let up = DVec3 { x: 0.0, y: 1.0, z: 0.0 };
@@ -248,7 +252,7 @@ fn leave_frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
 }
 
 fn ball(line: Line, radius: f64) -> Hit {
-    // About the point of the line nearest the center, where the coefficients are smallest.
+    // Relative to the point of the line nearest the center, where the coefficients are smallest.
     let dd = line.d.dot(line.d);
     let inside = line.o.dot(line.o) < radius * radius;
     if dd <= 0.0 || dd.is_nan() || inside {
@@ -305,7 +309,7 @@ fn polytope(hull: &Hull, line: Line) -> Hit {
     enter.filter(|(t, _)| *t <= leave)
 }
 
-/// The slab |y| <= half height, and in it the side x² + z² <= (k + m y)².
+/// Intersects the slab |y| <= half height with the side x² + z² <= (k + m y)².
 fn frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
     let (o, d) = (line.o, line.d);
     let (k, m) = ((bottom + top) * 0.5, (top - bottom) / (2.0 * half_height));
@@ -315,7 +319,7 @@ fn frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
         o.x * d.x + o.z * d.z - m * d.y * side_radius,
         o.x * o.x + o.z * o.z - side_radius * side_radius,
     );
-    // A cap can only be met from its own side.
+    // A ray can hit a cap only from its outer side.
     let cap = if o.y >= half_height && d.y < 0.0 {
         Some(((half_height - o.y) / d.y, top, 1.0))
     } else if o.y <= -half_height && d.y > 0.0 {
@@ -329,7 +333,7 @@ fn frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
             return Some((t, DVec3 { x: 0.0, y: sign, z: 0.0 }));
         }
     }
-    // Going down through the side's quadratic leads into the cone, or out of its mirror image beyond
+    // A falling root of the side's quadratic leads into the cone, or out of its mirror image beyond
     // the tip, which the slab cuts off.
     let t = falling_root(a, b, c).filter(|t| *t >= 0.0)?;
     let p = line.at(t);
@@ -361,8 +365,8 @@ fn nearest_triangle(mesh: &Mesh, origin: Vec3, delta: Vec3, max_fraction: f32) -
             }
             if let Some((t, normal)) = triangle(line, pack.triangle(lane)) {
                 let fraction = single(t);
-                // Of two triangles at one distance (a shared edge) the one of lower number, whatever
-                // order the tree visits them in.
+                // At equal distances (a shared edge) the lower number wins, whatever order the tree
+                // visits triangles in.
                 let first =
                     best.is_none_or(|(f, i, _)| fraction < f || (fraction <= f && number < i));
                 if fraction <= max && first {
@@ -376,9 +380,9 @@ fn nearest_triangle(mesh: &Mesh, origin: Vec3, delta: Vec3, max_fraction: f32) -
     best.map(|(fraction, _, normal)| RayHit { fraction, normal: normal.single() })
 }
 
-/// Both sides of a triangle. The line passes it if it passes all edges on one side: the triple
-/// products of its direction with the ends of an edge. A neighbor computes the same product with the
-/// other sign, so no ray slips through between two triangles.
+/// Hits a triangle from either side. The line passes it if it passes all edges on the same side, by
+/// the triple products of its direction with the ends of each edge. A neighbor computes the same
+/// product with the other sign, so no ray slips through between two triangles.
 fn triangle(line: Line, corners: [Vec3; 3]) -> Hit {
     let [a, b, c] = corners.map(|p| DVec3::from(p) - line.o);
     let u = line.d.dot(b.cross(c));
@@ -408,7 +412,7 @@ mod tests {
     use parry3d::shape;
     use std::sync::Arc;
 
-    /// Random rays, about half of which hit; those that start inside are left out.
+    /// Compares random rays, about half of which hit; rays that start inside must not hit.
     fn compare(shape: &Shape, reference: &impl RayCast, inside: impl Fn(Vec3) -> bool) {
         let solid = Solid::of(shape);
         let mut numbers = Numbers(99);
@@ -430,7 +434,7 @@ mod tests {
                     assert!(a.normal.dot(delta) <= 0.0);
                     let near = (a.fraction - b.time_of_impact).abs() < 1e-3;
                     let along = a.normal.dot(Vec3::from(b.normal.to_array())) > 0.99;
-                    // A ray that meets an edge may take the other face there.
+                    // A ray through an edge may report the other face there.
                     differ += u32::from(!near || !along);
                 }
                 (None, None) => {}
@@ -528,7 +532,7 @@ mod tests {
                 hits += 1;
                 let at = origin + delta * fraction;
                 assert!(depth(at).abs() < 1e-4);
-                // Outward: a small step along it leaves, one against it enters.
+                // The normal is outward: a small step along it leaves, one against it enters.
                 assert!(depth(at + normal * 1e-2) > 5e-3 && depth(at - normal * 1e-3) < 1e-4);
             }
         }

@@ -1,10 +1,10 @@
 //! A convex polyhedron cut into Voronoi cells.
 //!
-//! The cell of a site is what is left of the polyhedron when it is cut, for every other site, along the
-//! plane half way between the two. In double precision; a corner within [`ON_PLANE`] of a cut counts as
-//! on it, for both cells, so that cells share their faces and nothing is lost between them. Sites
-//! are taken from near to far, and a cell is done when the next one is more than twice as far as the
-//! cell reaches [Rycroft09].
+//! The cell of a site is the part of the polyhedron that remains after a cut, for every other site,
+//! along the plane half way between the two. All in double precision. A corner within [`ON_PLANE`]
+//! of a cut counts as on it, for both cells, so that cells share their faces and nothing is lost
+//! between them. Sites are processed from near to far; a cell is complete when the next site is
+//! more than twice as far as the cell reaches [Rycroft09].
 
 use std::sync::Arc;
 
@@ -12,27 +12,27 @@ use super::hull::{Hull, HullError};
 use crate::base::double::{DVec3, greater};
 use crate::base::math::Vec3;
 
-/// What is as near to a cut as this counts as on it, as a part of the polyhedron's extent.
+/// Maximum distance from a cut that counts as on it, relative to the polyhedron's extent.
 const ON_PLANE: f64 = 1.0e-9;
 
-/// Most sites: their cells take time as the square of their number where they are near each other.
+/// Maximum number of sites. The time for cells near each other grows as the square of their number.
 pub(crate) const MOST_SITES: usize = 1024;
 
 /// A piece of a hull.
 #[derive(Clone, Debug)]
 pub struct HullPiece {
-    /// Its hull, about its own center of mass.
+    /// Hull of the piece, relative to its own center of mass.
     pub hull: Arc<Hull>,
-    /// Where its center of mass is [m, frame of the hull that was cut].
+    /// Its center of mass [m, frame of the hull that was cut].
     pub center: Vec3,
-    /// Volume of the cell [m³]: all together they have that of the hull. That of `hull` differs by what
-    /// rounding its corners to `f32` does.
+    /// Volume of the cell [m³]; the volumes of all pieces sum to that of the hull. The volume of
+    /// `hull` differs slightly, since its corners are rounded to `f32`.
     pub volume: f64,
-    /// Number of its site.
+    /// Index of its site.
     pub site: usize,
 }
 
-/// Why a hull cannot be cut.
+/// Reasons why a hull cannot be cut.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CutError {
@@ -40,9 +40,9 @@ pub enum CutError {
     Sites(usize),
     /// A coordinate of a site is infinite, NaN or beyond 1e7 m; its index.
     Site(usize),
-    /// The least volume is negative or not finite.
+    /// The minimum volume is negative or not finite.
     LeastVolume(f64),
-    /// What is left of the hull has no hull within f32.
+    /// A piece has no hull in f32.
     Hull(HullError),
 }
 
@@ -62,11 +62,12 @@ impl core::fmt::Display for CutError {
 impl core::error::Error for CutError {}
 
 impl Hull {
-    /// Cuts the hull into the Voronoi cells of `sites` [m, local]: each point goes to the site that is
-    /// nearest to it. The pieces share their faces, overlap nowhere and leave nothing over. Sites may lie
-    /// outside; one whose cell is empty, or less than `least_volume` [m³], or too thin for a
-    /// hull, is left out, and so is one at the place of another: what would have been theirs goes to
-    /// their neighbors. The pieces are in the order of their sites; at least one is given.
+    /// Cuts the hull into the Voronoi cells of `sites` [m, local]: each point belongs to its
+    /// nearest site. The pieces share their faces, do not overlap and leave nothing over.
+    ///
+    /// Sites may lie outside. A site is left out if its cell is empty, smaller than `least_volume`
+    /// [m³], or too thin for a hull, and so is a second site at the same position. Its cell then
+    /// goes to its neighbors. The pieces are sorted by site; there is at least one.
     ///
     /// # Errors
     /// See [`CutError`].
@@ -94,12 +95,12 @@ struct Cell {
     neighbors: Vec<usize>,
 }
 
-/// The cells of the sites that are left.
+/// The cells of the remaining sites.
 struct Cutter {
     whole: Polyhedron,
     sites: Vec<DVec3>,
     is_left: Vec<bool>,
-    /// `None`: there is nothing of it, or it is to be made.
+    /// `None`: the cell is empty, or is yet to be computed.
     cells: Vec<Option<Cell>>,
 }
 
@@ -115,7 +116,7 @@ impl Cutter {
         cutter
     }
 
-    /// The pieces, without the sites whose pieces must not be.
+    /// Returns the pieces; leaves out the sites whose pieces are too small or have no hull.
     fn pieces(mut self, least_volume: f64) -> Result<Vec<HullPiece>, CutError> {
         loop {
             let mut smallest: Option<(f64, usize)> = None;
@@ -133,7 +134,7 @@ impl Cutter {
                     Err(refused) => refused,
                 },
             };
-            // The last one has the whole hull.
+            // The last site has the whole hull.
             if self.is_left.iter().filter(|left| **left).count() == 1 {
                 return Err(CutError::Hull(refused.1));
             }
@@ -141,7 +142,7 @@ impl Cutter {
         }
     }
 
-    /// The hulls of the cells; or a site whose cell has none, and why.
+    /// Returns the hulls of the cells; or a site whose cell has none, and the reason.
     fn hulls(&self) -> Result<Vec<HullPiece>, (usize, HullError)> {
         let mut pieces = Vec::new();
         for (site, cell) in self.cells.iter().enumerate() {
@@ -167,7 +168,7 @@ impl Cutter {
         }
     }
 
-    /// The Voronoi cell of a site, if there is any of it.
+    /// Returns the Voronoi cell of a site; `None` if it is empty.
     fn cell(&self, site: usize) -> Option<Cell> {
         let own = self.sites[site];
         let mut others: Vec<(f64, usize)> = (0..self.sites.len())
@@ -184,7 +185,7 @@ impl Cutter {
                 break;
             }
             if distance <= tiny {
-                // Two at one place: the first has the cell.
+                // Two sites at one position: the first has the cell.
                 if other < site {
                     return None;
                 }
@@ -215,7 +216,7 @@ pub(crate) struct Polyhedron {
     extent: f64,
 }
 
-/// What a cut leaves.
+/// Result of a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Left {
     All,
@@ -233,13 +234,13 @@ impl Polyhedron {
         Self { vertices, faces, extent: f64::from(size.max_element()) }
     }
 
-    /// Greatest distance of a corner from a point.
+    /// Maximum distance of a corner from a point.
     fn reach(&self, from: DVec3) -> f64 {
         self.vertices.iter().map(|v| (*v - from).length()).fold(0.0, greater)
     }
 
-    /// Takes away what is beyond the plane `normal · p = offset`; what is within `tiny` of it counts as on
-    /// it.
+    /// Removes the part beyond the plane `normal · p = offset`; corners within `tiny` of it count
+    /// as on it.
     fn cut(&mut self, normal: DVec3, offset: f64, tiny: f64) -> Left {
         let heights: Vec<f64> = self.vertices.iter().map(|v| normal.dot(*v) - offset).collect();
         let side = |i: usize| -> i8 { i8::from(heights[i] > tiny) - i8::from(heights[i] < -tiny) };
@@ -250,7 +251,7 @@ impl Polyhedron {
         if !(0..count).any(|i| side(i) < 0) {
             return Left::Nothing;
         }
-        // New corners by the edge that they are on, its lower number first: both faces find the same one.
+        // New corners by their edge, lower vertex number first: both faces find the same corner.
         let mut new: Vec<((usize, usize), usize)> = Vec::new();
         let mut faces: Vec<Vec<usize>> = Vec::with_capacity(self.faces.len() + 1);
         for face in &self.faces {
@@ -272,7 +273,7 @@ impl Polyhedron {
                     }));
                 }
             }
-            // One that only touches the plane is part of the cut's own face.
+            // A face that only touches the plane is part of the cut's own face.
             if kept.len() >= 3 && kept.iter().any(|i| *i < count && side(*i) < 0) {
                 faces.push(kept);
             }
@@ -289,7 +290,7 @@ impl Polyhedron {
         if self.faces.len() < 4 { Left::Nothing } else { Left::Part }
     }
 
-    /// Adds the face of a cut: its corners in the order in which they go round the normal.
+    /// Adds the face of a cut, with its corners in counter-clockwise order about the normal.
     fn close(&mut self, normal: DVec3, rim: Vec<usize>) {
         #[expect(clippy::cast_precision_loss, reason = "few corners")]
         let share = 1.0 / rim.len() as f64;
@@ -319,7 +320,8 @@ impl Polyhedron {
         self.vertices = kept;
     }
 
-    /// Volume [m³] and center: sums over the tetrahedra between a corner and the triangles of the faces.
+    /// Volume [m³] and center: sums over the tetrahedra between one corner and the triangles of
+    /// the faces.
     pub(crate) fn volume(&self) -> (f64, DVec3) {
         let Some(&from) = self.vertices.first() else { return (0.0, DVec3::ZERO) };
         let (mut volume, mut first) = (0.0, DVec3::ZERO);
@@ -336,7 +338,7 @@ impl Polyhedron {
     }
 }
 
-/// Two directions across a unit one, so that the three are right-handed: u × v = n.
+/// Two directions perpendicular to a unit vector n, with u × v = n (right-handed).
 pub(crate) fn across(n: DVec3) -> (DVec3, DVec3) {
     let unit = |x: f64, y: f64, z: f64| DVec3 { x, y, z };
     let (x, y, z) = (n.x.abs(), n.y.abs(), n.z.abs());
@@ -352,7 +354,7 @@ pub(crate) fn across(n: DVec3) -> (DVec3, DVec3) {
     (u, n.cross(u))
 }
 
-/// Grows from 0 to 4 as (x, y) goes round, as the angle does: no trigonometry is needed to sort by it.
+/// Grows from 0 to 4 with the angle of (x, y), so that sorting by angle needs no trigonometry.
 pub(crate) fn turn(x: f64, y: f64) -> f64 {
     let size = x.abs() + y.abs();
     if size <= 0.0 {
@@ -383,14 +385,15 @@ mod tests {
         (0..n).map(|_| vec3(one(half.x), one(half.y), one(half.z))).collect()
     }
 
-    /// Volume, center and inertia of the pieces together are those of the hull.
+    /// Checks that the pieces together have the volume, center and inertia of the hull.
     fn is_a_partition(hull: &Hull, sites: &[Vec3], least: f64) -> usize {
         let pieces = hull.cut(sites, least).unwrap();
         let whole = MassProperties::of_hull(hull, 1.0);
         let cells: f64 = pieces.iter().map(|p| p.volume).sum();
         let exact = Polyhedron::of(hull).volume().0;
-        // A face of more than three corners is plane to the rounding of its hull, and its volume goes by which of
-        // them its triangles share; a cut changes that. The box around has more surface than the hull.
+        // A face with more than three corners is flat only up to the rounding of its hull. Its
+        // volume depends on its triangulation, which a cut changes. The bounding box has more
+        // surface than the hull.
         let corners = |f: usize| hull.face(f).into_iter().map(|v| hull.vertices()[usize::from(v)]);
         let off =
             |f: usize| corners(f).map(|v| hull.planes()[f].distance(v).abs()).fold(0.0, f32::max);
@@ -427,7 +430,7 @@ mod tests {
             assert!(is_a_partition(&Hull::cuboid(half), &sites, 0.0) <= sites.len());
             let hull = Hull::from_points(&points(&mut random, 30, half)).unwrap();
             is_a_partition(&hull, &sites, 0.0);
-            // Some of them far outside.
+            // Some sites are far outside.
             let sites = points(&mut random, 20, half * 4.0);
             is_a_partition(&hull, &sites, 1.0e-3 * f64::from(hull.volume()));
         }
@@ -435,7 +438,7 @@ mod tests {
 
     #[test]
     fn a_grid_of_sites_cuts_a_cube_into_equal_cubes() {
-        // All cuts go through corners of others: every degenerate case at once.
+        // All cuts go through corners of other cells: every degenerate case at once.
         let mut sites = Vec::new();
         for i in 0..64_u8 {
             let at = |bits: u8| f32::from(i >> bits & 3) * 0.5 - 0.75;
@@ -455,13 +458,13 @@ mod tests {
         let here = vec3(0.3, 0.1, 0.0);
         let pieces = cube.cut(&[here, here, -here, here], 0.0).unwrap();
         assert_eq!(pieces.iter().map(|p| p.site).collect::<Vec<_>>(), [0, 2]);
-        // A slice of a millionth of a meter is no hull: its neighbor has it.
+        // A slice of a millionth of a meter has no hull: its neighbor gets it.
         let thin = [vec3(1.0 - 1e-6, 0.0, 0.0), vec3(1.0, 0.0, 0.0), Vec3::ZERO];
         let pieces = cube.cut(&thin, 0.0).unwrap();
         assert!(pieces.len() <= 3 && !pieces.is_empty());
         let one = cube.cut(&[vec3(100.0, 0.0, 0.0)], 0.0).unwrap();
         assert!((one[0].volume - 8.0).abs() < 1e-12);
-        // Cells smaller than asked go to their neighbors, up to the whole.
+        // Cells smaller than the minimum go to their neighbors, up to the whole.
         assert_eq!(cube.cut(&[here, -here], 5.0).unwrap().len(), 1);
         assert_eq!(cube.cut(&[], 0.0).unwrap_err(), CutError::Sites(0));
         assert_eq!(cube.cut(&vec![here; 5000], 0.0).unwrap_err(), CutError::Sites(5000));

@@ -1,4 +1,4 @@
-//! Polygons and lines cut against a reference polygon, and the choice of four points.
+//! Polygons and lines clipped by a reference polygon, and the selection of four points.
 
 use smallvec::SmallVec;
 
@@ -7,31 +7,32 @@ use super::manifold::{FeatureId, Manifold, ManifoldPoint};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 
-/// Corners a polygon may have. Larger faces are thinned out; each cut adds at most one corner.
+/// Maximum number of corners of a polygon. Larger faces are thinned out; each cut adds at most one
+/// corner.
 pub(crate) const MAX_CORNERS: usize = 40;
 const MAX_FACE_CORNERS: usize = 32;
 
-/// The side planes of the reference stand farther out by this part of the side's length, or of the
-/// length of the incident feature if that is less, so that equal faces on top of each other keep
-/// their corners (and feature ids) under rounding.
+/// Outward shift of the reference's side planes, relative to the side's length, or to the length of
+/// the incident feature if that is less. Equal faces on top of each other then keep their corners
+/// (and feature ids) under rounding.
 pub(super) const SIDE_SLACK: f32 = 2.0e-4;
 
-/// Marks a number as that of a clipping plane, not of an edge of the incident face.
+/// Marks the number of a clipping plane, as opposed to an edge of the incident face.
 const PLANE: u32 = 0x800;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Corner {
     pub(crate) p: Vec3,
-    /// Names the corner, 24 bits.
+    /// Identifies the corner, 24 bits.
     pub(crate) id: u32,
-    /// Names the edge to the next corner, 12 bits.
+    /// Identifies the edge to the next corner, 12 bits.
     edge: u32,
 }
 
 /// A convex polygon, counter-clockwise seen from outside; two corners: a line.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    /// At most as many as have room in place: memory that nobody clears before.
+    /// At most the inline capacity, so that no memory is cleared before use.
     corners: SmallVec<[Corner; MAX_CORNERS]>,
 }
 
@@ -51,7 +52,7 @@ impl Polygon {
         self.corners.clear();
     }
 
-    /// Adds corner number `number` of a face; ignored if there is no room.
+    /// Adds corner number `number` of a face; ignored if there is no space.
     #[inline]
     pub(crate) fn add(&mut self, p: Vec3, number: u32) {
         if self.corners.len() < MAX_FACE_CORNERS {
@@ -67,7 +68,7 @@ impl Polygon {
         }
     }
 
-    /// Every how many corners of a face of `n` one is taken, so that it fits.
+    /// Stride at which corners of a face of `n` are taken, so that they fit.
     pub(crate) const fn stride(n: usize) -> usize {
         n.div_ceil(MAX_FACE_CORNERS)
     }
@@ -78,7 +79,7 @@ impl Polygon {
         }
     }
 
-    /// Leaves the part below plane `k`, `side · p <= offset`.
+    /// Writes the part below plane `k`, `side · p <= offset`, to `out`.
     fn cut(&self, side: Vec3, offset: f32, k: u32, out: &mut Self) {
         out.clear();
         let Some(last) = self.corners().last() else { return };
@@ -98,7 +99,7 @@ impl Polygon {
         }
     }
 
-    /// The same for a line of two corners.
+    /// Does the same for a line of two corners.
     fn cut_line(&mut self, side: Vec3, offset: f32, k: u32) {
         let [a, b] = [self.corners[0], self.corners[1]];
         let (da, db) = (side.dot(a.p) - offset, side.dot(b.p) - offset);
@@ -116,17 +117,19 @@ impl Polygon {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reference<'a> {
     pub(crate) corners: &'a [Corner],
-    /// Unit, outward: the normal of the contact.
+    /// Unit normal, outward; the normal of the contact.
     pub(crate) normal: Vec3,
     pub(crate) offset: f32,
 }
 
-/// Corners of a solid besides those of the feature that looks at a plane most: with their numbers.
+/// Corners of a solid besides those of its incident feature, with their numbers.
 pub(crate) type Corners = SmallVec<[(Vec3, u32); MAX_CORNERS]>;
 
-/// The corners of a hull that stand low over a plane, where they are at `pose` in its frame: within `margin` [m], and less than half as
-/// much higher than the lowest as they are away from it. The lowest need not be one of the face that looks at the plane
-/// most, and what turns sets down those of its neighbors. A box has none besides that face's.
+/// Returns the low corners of a hull over a plane, with the hull at `pose` in the plane's frame.
+/// They are within `margin` [m], and [`STEEP`] times their height above the lowest corner is at
+/// most their distance from it. The lowest corner need not belong to the incident face, and a body
+/// that turns next lands on its low neighbors. A box has no such corners beyond the incident
+/// face's.
 pub(crate) fn low_corners(
     hull: &Hull,
     pose: &Pose,
@@ -155,8 +158,8 @@ pub(crate) fn low_corners(
     low
 }
 
-/// Contact of a flat side of A with a polygon or line of B, and corners of it: `incident` cut to the prism above the
-/// reference, four points of it within `margin` [m].
+/// Computes the contact of a flat side of A with a polygon or line of B and some corners of B. It
+/// clips `incident` to the prism above the reference, and keeps four points within `margin` [m].
 pub(crate) fn clip(
     reference: &Reference<'_>,
     incident: &mut Polygon,
@@ -214,7 +217,7 @@ pub(crate) fn clip(
 }
 
 impl Reference<'_> {
-    /// True if a point is over the side, or under it.
+    /// Returns true if a point is in the prism over and under the side.
     fn is_under(&self, p: Vec3) -> bool {
         let Some(last) = self.corners.last() else { return false };
         let mut tail = last.p;
@@ -227,17 +230,19 @@ impl Reference<'_> {
     }
 }
 
-/// The name of corner `number` of a face.
+/// Id of corner `number` of a face.
 const fn corner_id(number: u32) -> u32 {
     0x00ff_f000 | number & (PLANE - 1)
 }
 
-/// A point that stands higher than the deepest one counts as nearer to it by so many times that: what stands above a lower
-/// corner never comes down beside it, and what is steeper than a half does not within a step.
+/// Weight of a point's height above the deepest one: this multiple of the height is subtracted from
+/// its distance. A point above a lower corner never lands beside it, and one steeper than a half
+/// does not land within a step.
 pub(crate) const STEEP: f32 = 2.0;
 
-/// Four of many points: the deepest, the one farthest from it, and on both sides of the line
-/// through these the one that makes the largest triangle; all less by what they stand higher ([`STEEP`]).
+/// Reduces many points to four: the deepest, the one farthest from it, and on each side of the line
+/// through these two the one of the largest triangle. Distances and areas are reduced by the
+/// heights of the points ([`STEEP`]).
 pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let mut m = Manifold { normal, ..Manifold::default() };
     if points.len() <= 4 {
@@ -247,7 +252,8 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
         return m;
     }
     let size = points.iter().map(|p| (p.position - points[0].position).length_squared());
-    // Points at equal depth but for rounding: the first one stays the first from step to step.
+    // The first of several points with equal depth up to rounding is taken, so that it stays the
+    // same from step to step.
     let slack = 2.0e-5 * size.fold(0.0_f32, greater).sqrt();
     let mut deepest = 0;
     for (i, p) in points.iter().enumerate() {
@@ -256,7 +262,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
         }
     }
     let first = points[deepest];
-    // Points at equal depth but for rounding stand no higher.
+    // Points with equal depth up to rounding count as no higher.
     let higher = |p: &ManifoldPoint| STEEP * greater(p.separation - first.separation - slack, 0.0);
     let (mut farthest, mut most) = (deepest, 0.0);
     for (i, p) in points.iter().enumerate() {
@@ -297,8 +303,8 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     m
 }
 
-/// The same contact with A and B exchanged: from the frame of (old) A, which is the new B, to the
-/// frame of the new A. `old_a_in_new` is the pose of the old A in the new one.
+/// Exchanges A and B of a contact: converts it from the frame of the old A, which is the new B, to
+/// the frame of the new A. `old_a_in_new` is the pose of the old A in the new one.
 pub(crate) fn flip(m: &Manifold, old_a_in_new: &Pose) -> Manifold {
     let mut flipped = *m;
     flipped.normal = -old_a_in_new.direction(m.normal);
@@ -314,7 +320,7 @@ pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3) {
     let (aa, bb, ab) = (da.dot(da), db.dot(db), da.dot(db));
     let (ar, br) = (da.dot(r), db.dot(r));
     let det = aa * bb - ab * ab;
-    // Near parallel lines: any place will do, the other one is found from it.
+    // Nearly parallel lines: any point works, since the other one follows from it.
     let s = if det > 1.0e-7 * aa * bb { clamp01((ab * br - ar * bb) / det) } else { 0.5 };
     let t = if bb > 0.0 { clamp01((ab * s + br) / bb) } else { 0.0 };
     let s = if aa > 0.0 { clamp01((ab * t - ar) / aa) } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Two solids at given poses to a manifold: the dispatch table.
+//! Computes the manifold of two solids at given poses: the dispatch table.
 
 mod boxes;
 pub(crate) mod convex;
@@ -23,11 +23,12 @@ use super::solid::{Core, Solid};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 
-/// Most manifolds of one pair with a mesh.
+/// Maximum number of manifolds of one pair with a mesh.
 pub(crate) const MAX_PARTS: usize = 4;
 
-/// The manifold of two convex solids (half-spaces included, meshes not), in the frame of A. Points
-/// farther apart than `margin` [m] are left out; no points: no contact.
+/// Computes the manifold of two convex solids (half-spaces included, meshes not), in the frame of
+/// A. Points farther apart than `margin` [m] are left out; a manifold without points means no
+/// contact.
 pub(crate) fn collide(
     level: Level,
     a: &Solid,
@@ -39,7 +40,7 @@ pub(crate) fn collide(
     if !b_in_a.is_finite() {
         return Manifold::default();
     }
-    // Radii move the surfaces along the normal: the cores may be farther apart by as much.
+    // Radii move the surfaces along the normal, so the cores may be farther apart by the radii.
     let reach = margin + a.radius + b.radius;
     let m = match (&a.core, &b.core) {
         (Core::HalfSpace { normal, offset }, other) => match Convex::of(other) {
@@ -63,8 +64,8 @@ pub(crate) fn collide(
     rounded(m, a.radius, b.radius)
 }
 
-/// Two bounded convex cores; each pair of kinds has one order, the other one is flipped. Hulls that
-/// are rounded touch by their corners and edges too, so their distance must be the true one.
+/// Collides two bounded convex cores. Each pair of kinds has one order; the other order is flipped.
+/// Rounded hulls touch with their corners and edges too, so they need the true distance.
 pub(crate) fn collide_convex(
     level: Level,
     a: &Convex<'_>,
@@ -75,7 +76,8 @@ pub(crate) fn collide_convex(
     cache: &mut PairCache,
 ) -> Manifold {
     if kind_order(a) > kind_order(b) {
-        // The cache holds features of hulls: only pairs of hulls read it, and these keep their order.
+        // The cache stores features of hulls: only pairs of hulls read it, and these keep their
+        // order.
         let m = collide_convex(level, b, a, &b_in_a.inverse(), margin, is_rounded, cache);
         return flip(&m, b_in_a);
     }
@@ -88,7 +90,7 @@ pub(crate) fn collide_convex(
             round::segments(*x, *y, b_in_a, margin)
         }
         (Convex::Point, Convex::Frustum(frustum)) => {
-            // In the frame of the frustum, as seen from it.
+            // In the frame of the frustum.
             let m = frustum.against_point(b_in_a.local_point(Vec3::ZERO), margin);
             flip(&m, b_in_a)
         }
@@ -118,7 +120,7 @@ const fn kind_order(x: &Convex<'_>) -> u8 {
     }
 }
 
-/// The manifold of the cores with the radii added.
+/// Adds the radii to the manifold of the cores.
 fn rounded(mut m: Manifold, radius_a: f32, radius_b: f32) -> Manifold {
     if radius_a + radius_b <= 0.0 {
         return m;

@@ -1,8 +1,8 @@
 //! Penetration of two convex sets given by support mappings, after [Bergen01].
 //!
 //! The polytope grows inside the difference A - B, always at the face whose plane is nearest to the
-//! origin *by sign*: so it may begin anywhere, with the origin inside or not, and sets that just
-//! miss each other give their separating axis instead of an error.
+//! origin *by signed distance*. It may therefore start anywhere, with the origin inside or not.
+//! Sets that just miss each other give their separating axis instead of an error.
 
 use super::gjk::Wide;
 use crate::base::math::Vec3;
@@ -14,7 +14,7 @@ const MAX_HORIZON: usize = MAX_CORNERS;
 #[derive(Clone, Copy, Default)]
 struct Face {
     corners: [u8; 3],
-    /// Unit, outward.
+    /// Unit normal, outward.
     normal: Wide,
     offset: f64,
 }
@@ -24,13 +24,13 @@ struct Growing {
     corner_count: usize,
     faces: [Face; MAX_FACES],
     face_count: usize,
-    /// How far a point may be above a face and still count as in its plane [m]: rounding must not
-    /// make a far face visible.
+    /// Maximum height of a point above a face at which it counts as in its plane [m]: rounding must
+    /// not make a far face visible.
     flush: f64,
 }
 
-/// The unit direction from A to B along which they overlap least, within `tolerance` [m] of the
-/// depth. `None` if the difference is flat or not finite.
+/// Returns the unit direction from A to B of minimum overlap, within `tolerance` [m] of the depth;
+/// `None` if the difference is flat or not finite.
 pub(crate) fn least_overlap(
     support_a: impl Fn(Vec3) -> Vec3,
     support_b: impl Fn(Vec3) -> Vec3,
@@ -40,7 +40,7 @@ pub(crate) fn least_overlap(
         let d = d.narrow();
         Wide::of(support_a(d)).minus(Wide::of(support_b(-d)))
     };
-    // 13 KiB: it grows where it stands, for moving it is more work than most searches.
+    // 13 KiB, which grow in place: a move costs more than most searches.
     let mut body = Growing {
         corners: [Wide::default(); MAX_CORNERS],
         corner_count: 0,
@@ -66,7 +66,7 @@ pub(crate) fn least_overlap(
 }
 
 impl Growing {
-    /// Becomes a tetrahedron.
+    /// Starts with a tetrahedron.
     #[inline]
     fn begin(&mut self, support: &impl Fn(Wide) -> Wide) -> Option<()> {
         let axis = |x, y, z| Wide { x, y, z };
@@ -117,7 +117,7 @@ impl Growing {
         if self.face_count == MAX_FACES {
             return false;
         }
-        // A face of three corners in line closes the surface and is never grown.
+        // A face of three collinear corners closes the surface and never grows.
         let nothing = Face { corners, normal: Wide::default(), offset: f64::INFINITY };
         self.faces[self.face_count] = match unit(b.minus(a).cross(c.minus(a))) {
             Some(normal) => Face { corners, normal, offset: normal.dot(a) },
@@ -127,7 +127,7 @@ impl Growing {
         true
     }
 
-    /// Adds a corner; false if there is no room left or the surface would not stay closed.
+    /// Adds a corner; returns false if there is no space left or the surface would not stay closed.
     fn grow(&mut self, p: Wide) -> bool {
         if self.corner_count == MAX_CORNERS {
             return false;
@@ -146,7 +146,7 @@ impl Growing {
             }
             let [a, b, c] = f.corners;
             for edge in [(a, b), (b, c), (c, a)] {
-                // An edge between two faces that go away is met from both sides.
+                // An edge between two removed faces appears once from each side.
                 if let Some(twin) = horizon[..n].iter().position(|e| *e == (edge.1, edge.0)) {
                     n -= 1;
                     horizon[twin] = horizon[n];

@@ -1,4 +1,4 @@
-//! Where two hulls lie flush: the part that two of their faces have in common.
+//! The common part of two faces of hulls that lie flush.
 
 use super::cells::across;
 use super::hull::Hull;
@@ -6,22 +6,23 @@ use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 
-/// What two faces have in common.
+/// The common part of two faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flush {
-    /// Its middle [m].
+    /// Center of the part [m].
     pub(crate) point: Vec3,
-    /// From the first hull to the second.
+    /// Normal from the first hull to the second.
     pub(crate) normal: Vec3,
-    /// [m²]
+    /// Area [m²].
     pub(crate) area: f32,
 }
 
-/// Faces are parallel if the cosine between one and the back of the other is above this: 0.8 degrees.
+/// Faces count as parallel if the cosine between one and the back of the other is above this: 0.8
+/// degrees.
 const PARALLEL: f64 = 0.9999;
 
-/// The largest common part of a face of each of two hulls that look at each other from no farther than `gap`
-/// [m], and overlap no deeper. `None` if there is none.
+/// Returns the largest common part of a face of each of two hulls. The faces look at each other
+/// from no farther than `gap` [m], and overlap no deeper. Returns `None` if there is none.
 pub(crate) fn flush(a: (&Hull, &Pose), b: (&Hull, &Pose), gap: f32) -> Option<Flush> {
     let gap = f64::from(gap);
     let mut best: Option<Flush> = None;
@@ -53,7 +54,7 @@ fn corners((hull, pose): (&Hull, &Pose), face: usize) -> Vec<DVec3> {
     hull.face(face).into_iter().map(vertex).collect()
 }
 
-/// The part that two polygons in a plane have in common; B's corners go round the other way.
+/// Common part of two polygons in a plane; B's corners are in the opposite order.
 fn common(n: DVec3, a: &[DVec3], b: &[DVec3]) -> Option<Flush> {
     let (u, v) = across(n);
     let from = a[0];
@@ -62,7 +63,7 @@ fn common(n: DVec3, a: &[DVec3], b: &[DVec3]) -> Option<Flush> {
     let sides: Vec<[f64; 2]> = b.iter().rev().map(flat).collect();
     for (k, p) in sides.iter().enumerate() {
         let q = sides[(k + 1) % sides.len()];
-        // What is left of the side from p to q [Sutherland74].
+        // The part left of the side from p to q [Sutherland74].
         let inside = |x: &[f64; 2]| (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
         let mut next = Vec::with_capacity(left.len() + 1);
         for (i, x) in left.iter().enumerate() {

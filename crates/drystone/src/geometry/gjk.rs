@@ -1,11 +1,11 @@
 //! Distance of two convex sets given by support mappings [Gilbert88].
 //!
-//! The simplex lives in double precision: supports are f32 points, their differences are exact
-//! enough there that none of the usual repairs of a thin simplex is needed.
+//! The simplex is in double precision. Supports are f32 points, whose differences are so exact
+//! there that a thin simplex needs none of the usual repairs.
 
 use crate::base::math::Vec3;
 
-/// A vector in double precision, for the inside of [`distance`] and of `epa`.
+/// A vector in double precision, for internal use in [`distance`] and `epa`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Wide {
     pub(super) x: f64,
@@ -51,19 +51,19 @@ impl Wide {
 /// The closest points of two sets that do not touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Closest {
-    /// [m]
+    /// Distance [m].
     pub(crate) distance: f32,
     pub(crate) point_a: Vec3,
     pub(crate) point_b: Vec3,
-    /// Unit, from A to B.
+    /// Unit normal, from A to B.
     pub(crate) normal: Vec3,
 }
 
-/// Smooth sets converge linearly: 20 to 30 rounds; polytopes take 3 to 8.
+/// Smooth sets converge linearly, in 20 to 30 rounds; polytopes take 3 to 8.
 const MAX_ROUNDS: usize = 64;
-/// Supports carry the rounding of f32: below this part of their size a distance is noise.
+/// Supports have the rounding of f32: below this fraction of their size a distance is noise.
 const TOUCHING: f64 = 4.0e-7;
-/// Part of the squared distance that may still be gained when the search ends.
+/// Remaining gain, relative to the squared distance, at which the search ends.
 const GAP: f64 = 1.0e-9;
 
 #[derive(Clone, Copy, Default)]
@@ -81,7 +81,7 @@ struct Simplex {
     count: usize,
 }
 
-/// The closest points of two sets in a common frame, or `None` where they touch or overlap.
+/// Returns the closest points of two sets in a common frame, or `None` where they touch or overlap.
 /// `start` is any guess of the direction from A to B.
 pub(crate) fn distance(
     support_a: impl Fn(Vec3) -> Vec3,
@@ -99,7 +99,7 @@ pub(crate) fn distance(
     let mut size = v.dot(v);
     for _ in 0..MAX_ROUNDS {
         let square = v.dot(v);
-        // Also ends a search among numbers that are not finite.
+        // Also ends a search with numbers that are not finite.
         if !(square > TOUCHING * TOUCHING * size && square > 1.0e-30) {
             return None;
         }
@@ -131,8 +131,8 @@ pub(crate) fn distance(
 }
 
 impl Simplex {
-    /// Puts one more corner behind the others, which is not yet counted, and gives the weights of the point closest to the origin.
-    /// `None` if the origin is inside.
+    /// Stores one more corner behind the others, not yet counted, and returns the weights of the
+    /// point closest to the origin; `None` if the origin is inside.
     fn weights_with(&mut self, new: Corner) -> Option<[f64; 4]> {
         self.corners[self.count] = new;
         let w = |i: usize| self.corners[i].w;
@@ -150,7 +150,7 @@ impl Simplex {
         })
     }
 
-    /// The point that corners of these weights carry.
+    /// Returns the point with these weights of the corners.
     fn point(&self, weights: &[f64; 4]) -> Wide {
         let mut point = Wide::default();
         for (corner, weight) in self.corners.iter().zip(weights) {
@@ -161,7 +161,7 @@ impl Simplex {
         point
     }
 
-    /// Keeps the corners that carry it.
+    /// Keeps the corners with positive weights.
     fn keep(&mut self, weights: &[f64; 4]) {
         self.count = 0;
         for (i, weight) in weights.iter().enumerate() {
@@ -223,7 +223,7 @@ fn on_triangle(a: Wide, b: Wide, c: Wide) -> [f64; 3] {
 
 /// Weights of the point of a tetrahedron closest to the origin; `None` if the origin is inside.
 fn on_tetrahedron(w: &[Wide; 4]) -> Option<[f64; 4]> {
-    // Each face with the corner across it.
+    // Each face, and the corner opposite to it.
     const FACES: [[usize; 4]; 4] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 3, 2, 0]];
     let mut best = None;
     let mut least = f64::INFINITY;
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn boxes_of_every_size_are_measured_to_a_part_in_ten_thousand() {
-        // Of a box at the origin, a second one turned by 45° about z sees face, edge and corner.
+        // A second box, turned by 45° about z, near a face, edge and corner of a box at 0.
         let turn = Quat::from_axis_angle(Vec3::Z, core::f32::consts::FRAC_PI_4);
         for size in [0.1_f32, 1.0, 10.0, 100.0] {
             for other in [0.1_f32, 1.0, 10.0, 100.0] {

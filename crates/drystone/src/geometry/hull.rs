@@ -35,7 +35,7 @@ impl Plane {
 /// One side of an edge. Half-edge `e` and `e ^ 1` are twins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct HalfEdge {
-    /// Vertex it starts at.
+    /// Start vertex.
     pub(crate) origin: u16,
     /// Face on its left, seen from outside; its edges run counter-clockwise.
     pub(crate) face: u16,
@@ -49,34 +49,34 @@ pub(crate) struct HalfEdge {
 #[cfg_attr(feature = "serde", serde(try_from = "Parts", into = "Parts"))]
 pub struct Hull {
     pub(crate) vertices: Vec<Vec3>,
-    /// One plane a face.
+    /// One plane per face.
     pub(crate) planes: Vec<Plane>,
     /// First half-edge of each face.
     pub(crate) face_edges: Vec<u16>,
-    /// Twins stand side by side: 2k and 2k + 1.
+    /// Twins are adjacent: 2k and 2k + 1.
     pub(crate) edges: Vec<HalfEdge>,
     /// A point well inside [m].
     pub(crate) center: Vec3,
     /// Radius of the ball around the center that touches the nearest face [m].
     pub(crate) inner: f32,
-    /// Greatest distance of a vertex from the origin [m].
+    /// Maximum distance of a vertex from the origin [m].
     pub(crate) reach: f32,
-    /// Corners of the face that has most.
+    /// Number of corners of the face with the most corners.
     pub(crate) longest_face: usize,
-    /// The same vertices and planes eight at a time, and by how much edges bulge: for the search of
-    /// separating axes.
+    /// The same vertices and planes in groups of eight, with bounds on the separation along edges,
+    /// for the search for separating axes.
     pub(crate) lanes: HullLanes,
-    /// Half extents, if it is a box along its own axes [m].
+    /// Half extents if the hull is a box along its own axes [m].
     pub(crate) cuboid: Option<Vec3>,
     bounds: Aabb,
 }
 
-/// A hull as it is saved: what it was made from.
+/// The saved form of a hull: the data it is rebuilt from.
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Parts {
     vertices: Vec<Vec3>,
     planes: Vec<Plane>,
-    /// Vertex numbers of each face, from its first half-edge on.
+    /// Vertex numbers of each face, starting at its first half-edge.
     faces: Vec<Vec<u16>>,
     cuboid: Option<Vec3>,
 }
@@ -112,7 +112,7 @@ impl TryFrom<Parts> for Hull {
     }
 }
 
-/// Why some points have no hull.
+/// Reasons why points have no hull.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum HullError {
@@ -122,12 +122,12 @@ pub enum HullError {
     NotFinite(usize),
     /// A coordinate is larger than 1e7 m; the index of the point.
     TooLarge(usize),
-    /// All points lie on one point, line or plane (or so close to one that no inside is left);
-    /// the thickness found [m].
+    /// All points lie on one point, line or plane, or too close to one to have an inside; the
+    /// thickness found [m].
     Flat(f32),
-    /// The limit of vertices is below 4; the number given.
+    /// The vertex limit is below 4; the number given.
     LimitTooSmall(usize),
-    /// Rounding left no closed surface: never seen, reported rather than trusted.
+    /// Rounding left no closed surface. This has never been seen; the check is a safeguard.
     Numerical,
 }
 
@@ -147,12 +147,12 @@ impl core::fmt::Display for HullError {
 impl core::error::Error for HullError {}
 
 impl Hull {
-    /// Most vertices that [`Hull::from_points`] keeps.
+    /// Maximum number of vertices that [`Hull::from_points`] keeps.
     pub const DEFAULT_VERTEX_LIMIT: usize = 255;
 
-    /// The convex hull of `points` [m], reduced to at most [`Self::DEFAULT_VERTEX_LIMIT`] vertices.
-    /// Duplicate points and points inside are allowed. What lies within 1e-5 of the extent of the
-    /// points from a face counts as on it; 4e-5 of it, and 1e-5 m, is the least thickness.
+    /// Computes the convex hull of `points` [m], reduced to at most [`Self::DEFAULT_VERTEX_LIMIT`]
+    /// vertices. Duplicate points and inner points are allowed. A point within 1e-5 of the points'
+    /// extent from a face counts as on it. The minimum thickness is 4e-5 of the extent, and 1e-5 m.
     ///
     /// # Errors
     /// See [`HullError`].
@@ -160,7 +160,7 @@ impl Hull {
         Self::from_points_limited(points, Self::DEFAULT_VERTEX_LIMIT)
     }
 
-    /// Like [`Self::from_points`] with a limit of vertices (4 or more): the farthest points are taken
+    /// Like [`Self::from_points`] with a vertex limit (4 or more). The farthest points are taken
     /// first, so the reduced hull lies inside the full one and close to it.
     ///
     /// # Errors
@@ -169,8 +169,8 @@ impl Hull {
         build::quickhull(points, max_vertices)
     }
 
-    /// From its parts; the caller (the builder) holds the invariants: planes outward, twins side by
-    /// side, every face a closed counter-clockwise loop.
+    /// Builds a hull from its parts. The caller (the builder) guarantees the invariants: outward
+    /// planes, adjacent twins, every face a closed counter-clockwise loop.
     pub(crate) fn from_parts(
         vertices: Vec<Vec3>,
         planes: Vec<Plane>,
@@ -202,7 +202,7 @@ impl Hull {
         hull
     }
 
-    /// How many corners a face has.
+    /// Number of corners of a face.
     pub(crate) fn corners_of(&self, face: usize) -> usize {
         let first = self.face_edges[face];
         let mut count = 1;
@@ -234,7 +234,7 @@ impl Hull {
         Self { cuboid: Some(h), ..Self::from_parts(vertices, planes, face_edges, edges) }
     }
 
-    /// The corners [m, local].
+    /// The vertices [m, local].
     #[must_use]
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
@@ -246,8 +246,8 @@ impl Hull {
         &self.planes
     }
 
-    /// The vertex numbers of face `face`, counter-clockwise seen from outside; empty if there is no
-    /// such face.
+    /// Returns the vertex numbers of face `face`, counter-clockwise seen from outside; empty if
+    /// there is no such face.
     #[must_use]
     pub fn face(&self, face: usize) -> Vec<u16> {
         let Some(&first) = self.face_edges.get(face) else { return Vec::new() };
@@ -263,34 +263,34 @@ impl Hull {
         }
     }
 
-    /// How many faces there are.
+    /// Number of faces.
     #[must_use]
     pub const fn face_count(&self) -> usize {
         self.face_edges.len()
     }
 
-    /// How many edges there are.
+    /// Number of edges.
     #[must_use]
     pub const fn edge_count(&self) -> usize {
         self.edges.len() / 2
     }
 
-    /// The volume [m³].
+    /// Volume [m³].
     #[must_use]
     pub fn volume(&self) -> f32 {
         MassProperties::of_hull(self, 1.0).mass
     }
 
-    /// The smallest box around the hull [m, local].
+    /// Smallest bounding box of the hull [m, local].
     #[must_use]
     pub const fn bounds(&self) -> Aabb {
         self.bounds
     }
 }
 
-/// Half-edges of a closed surface from its face loops (counter-clockwise vertex numbers): the first
-/// half-edge of each face, and the half-edges with twins side by side. `None` if some edge does not
-/// have exactly two opposite sides.
+/// Links face loops (counter-clockwise vertex numbers) to a closed surface. Returns the first
+/// half-edge of each face, and the half-edges with adjacent twins. Returns `None` if some edge does
+/// not have exactly two opposite sides.
 pub(crate) fn link_loops(faces: &[Vec<u16>]) -> Option<(Vec<u16>, Vec<HalfEdge>)> {
     use std::collections::BTreeMap;
     let mut number = BTreeMap::<(u16, u16), u16>::new();

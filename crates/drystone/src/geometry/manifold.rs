@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::math::Vec3;
 
-/// Names the features that made a point, stable while the same features touch: impulses are carried
-/// from step to step by it.
+/// Identifies the features that made a point, stable while the same features touch: it carries
+/// impulses from step to step.
 pub(crate) type FeatureId = u32;
 
-/// Feature ids begin with what the reference is: a face of B, a pair of edges; else a face of A.
+/// A feature id starts with its reference: a face of B, a pair of edges, or else a face of A.
 pub(crate) const REFERENCE_B: FeatureId = 0x8000_0000;
 pub(crate) const EDGE_PAIR: FeatureId = 0x4000_0000;
-/// Of a mesh: the point is on an edge or corner where the mesh ends, and the normal is not that of a face.
+/// Meshes: the point is on an edge or corner where the mesh ends, and the normal is not a face's.
 pub(crate) const BORDER: FeatureId = 0x4000_0000;
 
 /// One point of a manifold, in the frame of A.
@@ -28,14 +28,16 @@ pub(crate) struct ManifoldPoint {
 /// Up to four points that share a normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Manifold {
-    /// Unit, from A to B [frame of A].
+    /// Unit normal, from A to B [frame of A].
     pub(crate) normal: Vec3,
     pub(crate) points: [ManifoldPoint; 4],
     pub(crate) count: usize,
-    /// How far B moves before it is where the normal and the positions are told of [m, frame of A]. Separations are those of now.
+    /// Displacement of B after which normal and positions hold [m, frame of A]. Separations are the
+    /// current ones.
     pub(crate) shift: Vec3,
-    /// Without points: the solids are at least so far apart [m]; 0 if that was not worked out. With points, of the first with a
-    /// mesh only: how far all triangles are that got none, and all vertices over those with some that are beyond the margin.
+    /// Lower bound on a distance [m]. Without points: the distance of the solids, or 0 if unknown.
+    /// With points, only in a mesh's first manifold: the distance of all triangles without points,
+    /// and of all vertices beyond the margin over triangles with points.
     pub(crate) gap: f32,
 }
 
@@ -68,12 +70,12 @@ impl Manifold {
     }
 }
 
-/// What a pair remembers from its last test, to begin the next one there. Any value is valid: it
-/// only changes how long the test takes.
+/// Result of a pair's last test, from which the next test starts. Any value is valid: it only
+/// changes how long the test takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct PairCache {
-    /// Which kind of axis separated the pair or carried the contact; 0 = nothing known.
+    /// Kind of axis that separated the pair or carried the contact; 0 = unknown.
     pub(crate) kind: u8,
     /// Feature numbers of A and B of that axis.
     pub(crate) a: u16,

@@ -1,7 +1,7 @@
 //! Mass, center of mass and inertia of shapes.
 //!
-//! Round shapes by their closed forms; hulls and meshes exactly, as sums over the tetrahedra between
-//! the triangles of the surface and one point, which is the divergence theorem of [Mirtich95].
+//! Round shapes use closed forms. Hulls and meshes are exact: sums over the tetrahedra between the
+//! triangles of the surface and one point, which is the divergence theorem of [Mirtich95].
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -29,8 +29,8 @@ pub struct MassProperties {
 }
 
 impl MassProperties {
-    /// Those of a solid `shape` of this density [kg/m³]; all zero for a half-space and for a mesh
-    /// without a closed volume.
+    /// Mass properties of a solid `shape` of this density [kg/m³]; all zero for a half-space and
+    /// for a mesh without a closed volume.
     #[must_use]
     pub fn of(shape: &Shape, density: f32) -> Self {
         let d = f64::from(density);
@@ -80,7 +80,7 @@ impl MassProperties {
         moments.finish(f64::from(density))
     }
 
-    /// Those of a body of revolution about y, with the center of mass at `y`.
+    /// Mass properties of a body of revolution about y, with the center of mass at `y`.
     fn axial(mass: f64, y: f64, across: f64, along: f64) -> Self {
         let (across, along) = (single(across), single(along));
         Self {
@@ -90,8 +90,8 @@ impl MassProperties {
         }
     }
 
-    /// Those of several solids as one rigid body: each with its place in the body's frame. Overlap
-    /// counts twice.
+    /// Mass properties of several solids as one rigid body, each with its pose in the body's frame.
+    /// Overlaps count twice.
     #[must_use]
     pub fn combine(parts: &[(Pose, Self)]) -> Self {
         let mut mass = 0.0;
@@ -114,8 +114,8 @@ impl MassProperties {
         Self { mass: single(mass), center: center.single(), inertia: inertia.single() }
     }
 
-    /// The same solid of another density, so that its mass is `mass` [kg]. Without a mass to begin
-    /// with, everything stays zero.
+    /// Mass properties of the same solid with another density, such that its mass is `mass` [kg].
+    /// Without a mass to begin with, everything stays zero.
     #[must_use]
     pub fn scaled_to(self, mass: f32) -> Self {
         if self.mass <= 0.0 {
@@ -139,8 +139,8 @@ fn capsule(h: f64, r: f64, density: f64) -> MassProperties {
     MassProperties::axial(tube + ends, 0.0, across, along)
 }
 
-/// Of the radius R (1 - s) + r s over s = y/h from 0 to 1, the integrals of the square, of s times
-/// and s² times the square, and of the fourth power.
+/// Cone frustum with radius R (1 - s) + r s over s = y/h from 0 to 1. It needs the integrals of the
+/// squared radius, of s and s² times it, and of the radius's fourth power.
 fn frustum(half_height: f64, bottom: f64, top: f64, density: f64) -> MassProperties {
     let h = 2.0 * half_height;
     let (rr, rs, ss) = (bottom * bottom, bottom * top, top * top);
@@ -168,10 +168,10 @@ fn of_mesh(mesh: &Mesh, density: f64) -> MassProperties {
         area = area + side;
         total += side.length();
     }
-    // The sides of a closed surface face all ways equally; a hole leaves its own area over.
+    // The sides of a closed surface sum to zero area; a hole leaves its own area over.
     let open = area.length() > 1.0e-3 * total;
     let size = DVec3::from(bounds.max - bounds.min).length();
-    // No volume to speak of: a flat sheet, a double-sided one, or triangles of mixed winding.
+    // No real volume: a flat sheet, a double-sided one, or triangles of mixed winding.
     let empty = moments.volume.abs() <= 1.0e-6 * size * total;
     if open || empty { MassProperties::default() } else { moments.finish(density) }
 }
@@ -191,7 +191,8 @@ impl Moments {
         Self { reference, volume: 0.0, first: DVec3::ZERO, second: [0.0; 6] }
     }
 
-    /// The tetrahedron of the reference point and a triangle, counter-clockwise seen from outside.
+    /// Adds the tetrahedron of the reference point and a triangle, counter-clockwise seen from
+    /// outside.
     /// With the corner sum s = a + b + c and D = det(a, b, c): V = D/6, first = D s/24,
     /// second = D (s sᵀ + a aᵀ + b bᵀ + c cᵀ)/120.
     fn add(&mut self, a: Vec3, b: Vec3, c: Vec3) {
@@ -212,7 +213,7 @@ impl Moments {
         if self.volume.abs() <= 0.0 {
             return MassProperties::default();
         }
-        // A surface turned inside out has all signs the other way.
+        // A surface turned inside out has all signs reversed.
         let k = if self.volume < 0.0 { -density } else { density };
         let mass = self.volume * k;
         let arm = self.first * (1.0 / self.volume);

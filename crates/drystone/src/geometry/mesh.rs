@@ -20,18 +20,18 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
 
-/// Triangles with no edge this long [m] have no use: the smallest shape is ten times larger.
+/// A triangle is useless if no edge is this long [m]: the smallest shape is ten times larger.
 const MIN_EDGE: f64 = 1.0e-6;
-/// A triangle lower than this part of its longest edge is a line: its normal would be noise.
+/// A triangle lower than this fraction of its longest edge is a line: its normal would be noise.
 const MIN_HEIGHT: f64 = 1.0e-6;
 
-/// What contacts need to know of a triangle beside what its [`Pack`] has.
+/// Data of a triangle for contacts, beyond the data in its [`Pack`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Face {
-    /// How the surface goes on behind edge k (corner k to k + 1), seen from the side the normal
+    /// Bend of the surface behind edge k (corner k to k + 1), seen from the side that the normal
     /// points to (0) and from the other (1).
     pub(crate) bends: Bends,
-    /// Unit, in the plane, away from the triangle, one an edge.
+    /// Unit vectors in the plane, away from the triangle, one per edge.
     pub(crate) outward: [Vec3; 3],
     /// Vertex numbers of the corners.
     pub(crate) vertices: [u32; 3],
@@ -52,14 +52,15 @@ pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     packs: Vec<Pack>,
-    /// Of each lane of each pack that is in use, and something for the others: what lies near in space lies near in memory.
+    /// One per lane of each pack; lanes not in use repeat a triangle. Triangles near in space are
+    /// near in memory.
     faces: Vec<Face>,
-    /// Over the packs: for rays, and for boxes.
+    /// Tree over the packs, for rays and for boxes.
     tree: Tree,
     bounds: Aabb,
 }
 
-/// A mesh as it is saved: what it was made from, less what was left out then.
+/// The saved form of a mesh: its input, without the triangles that were left out.
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Parts {
     vertices: Vec<Vec3>,
@@ -80,17 +81,17 @@ impl TryFrom<Parts> for Mesh {
     }
 }
 
-/// Why a mesh was refused.
+/// Reasons why a mesh is refused.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MeshError {
     /// No triangle, or none with an area.
     NoTriangles,
-    /// A triangle names a vertex that is not there: triangle and vertex number.
+    /// A triangle refers to a missing vertex.
     IndexOutOfRange {
         /// Number of the triangle.
         triangle: usize,
-        /// The vertex number it names.
+        /// The missing vertex number.
         vertex: u32,
     },
     /// A coordinate is infinite or NaN; the number of the vertex.
@@ -115,8 +116,8 @@ impl core::fmt::Display for MeshError {
 impl core::error::Error for MeshError {}
 
 impl Mesh {
-    /// A mesh of `vertices` [m, local] and `triangles`, n × 3 vertex numbers of any winding. Unused
-    /// vertices are allowed; duplicate and zero-area triangles are left out.
+    /// Builds a mesh of `vertices` [m, local] and `triangles`, n × 3 vertex numbers of any
+    /// winding. Unused vertices are allowed; duplicate and zero-area triangles are left out.
     ///
     /// # Errors
     /// See [`MeshError`].
@@ -178,13 +179,13 @@ impl Mesh {
         &self.vertices
     }
 
-    /// The triangles that were kept, n × 3 vertex numbers.
+    /// The triangles that were kept, as n × 3 vertex numbers.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// The smallest box around the triangles [m, local].
+    /// Smallest bounding box of the triangles [m, local].
     #[must_use]
     pub const fn bounds(&self) -> Aabb {
         self.bounds
@@ -195,21 +196,21 @@ impl Mesh {
         &self.tree
     }
 
-    /// An item of the tree.
+    /// Returns an item of the tree.
     #[inline]
     pub(crate) fn pack(&self, item: u32) -> &Pack {
         &self.packs[item as usize]
     }
 
-    /// Of the triangle in `lane` of [`Self::pack`] `item`.
+    /// Contact data of the triangle in `lane` of [`Self::pack`] `item`.
     #[inline]
     pub(crate) fn face(&self, item: u32, lane: usize) -> &Face {
         &self.faces[item as usize * LANES + lane]
     }
 }
 
-/// How the surface goes on behind each edge. Corners that are one but for rounding, and edges along which others lie,
-/// have the neighbors that they were meant to have.
+/// Computes how the surface continues behind each edge. Corners that differ only by rounding, and
+/// edges that lie along others, get the neighbors that they were meant to have.
 fn bends(vertices: &[Vec3], triangles: &[[u32; 3]], mut welded: Vec<u32>) -> Vec<Bends> {
     let mut edges = adjacency::edges(triangles, &welded);
     let lone = borders::lone(&edges);
@@ -223,8 +224,8 @@ fn bends(vertices: &[Vec3], triangles: &[[u32; 3]], mut welded: Vec<u32>) -> Vec
     bends
 }
 
-/// The unit normal, or `None` for a triangle without area. In f64, where the products of f32
-/// differences are exact enough for the thinnest triangle that is kept.
+/// Returns the unit normal, or `None` for a triangle without area. The products of f32 differences
+/// are exact enough in f64 for the thinnest triangle that is kept.
 fn normal_of(corners: [Vec3; 3]) -> Option<Vec3> {
     let [a, b, c] = corners.map(adjacency::Wide::from);
     let (u, v, w) = (b - a, c - a, c - b);
@@ -244,7 +245,7 @@ mod tests {
         vec![Vec3::ZERO, Vec3::X, vec3(1.0, 0.0, 1.0), Vec3::Z]
     }
 
-    /// Of the triangle with a number.
+    /// Normal and contact data of the triangle with a number.
     fn face_of(mesh: &Mesh, number: u32) -> (Vec3, &Face) {
         let packs = (0_u32..).zip(&mesh.packs);
         let mut all = packs.flat_map(|(item, pack)| {
@@ -284,7 +285,8 @@ mod tests {
 
     #[test]
     fn an_edge_is_flat_convex_or_concave_by_the_side_it_is_seen_from() {
-        // A roof along z whose faces do not share vertex numbers, one of them wound the other way.
+        // A roof along z; its faces share no vertex numbers, and one of them has the opposite
+        // winding.
         let roof = |drop: f32| {
             let v = vec![
                 vec3(0.0, 0.0, 0.0),

@@ -1,6 +1,6 @@
-//! Shapes' geometry by itself: boxes, hulls, masses, errors.
+//! Geometry of shapes: boxes, hulls, masses, errors.
 //! The manual: [shapes](crate::manual::shapes).
-// Layer 1: shapes and what can be computed from shapes alone. Knows no body and no time step.
+// Layer 1: shapes and everything computed from shapes alone. It uses no body and no time step.
 
 pub(crate) mod shape;
 pub(crate) mod solid;

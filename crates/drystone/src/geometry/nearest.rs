@@ -1,4 +1,4 @@
-//! The point of a solid that is nearest to a point: how particles meet shapes.
+//! The point of a solid that is nearest to a given point, for contacts of particles.
 
 use super::clip::clamp01;
 use super::collide::convex::Convex;
@@ -10,16 +10,16 @@ use super::solid::{Core, Solid};
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
 
-/// Where a point is to a solid.
+/// Nearest surface of a solid to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Nearest {
-    /// Distance from the surface [m]; below 0 inside of a convex solid.
+    /// Distance from the surface [m]; below 0 inside a convex solid.
     pub(crate) distance: f32,
-    /// Unit, away from the solid [its frame].
+    /// Unit normal, away from the solid [its frame].
     pub(crate) normal: Vec3,
 }
 
-/// The nearest point of the surface to `p` [m, frame of the solid], unless it is farther than `reach`.
+/// Returns the nearest surface to `p` [m, frame of the solid], unless it is farther than `reach`.
 pub(crate) fn nearest(solid: &Solid, p: Vec3, reach: f32) -> Option<Nearest> {
     let found = match &solid.core {
         Core::Point => round(p),
@@ -94,14 +94,15 @@ fn polytope(hull: &Hull, p: Vec3, reach: f32) -> Option<Nearest> {
     if distance <= 0.0 {
         return Some(above);
     }
-    // So near the surface that the search takes it for touching, the face is right.
+    // A point so near that the search reports a touch: the face normal is right.
     let shape = Convex::Hull(hull);
     let found = gjk::distance(|d| shape.support(d), |_| p, p - shape.center());
     Some(found.map_or(above, |c| Nearest { distance: c.distance, normal: c.normal }))
 }
 
-/// Of triangles at one distance (a shared edge) the one of lower number, whatever order the tree visits
-/// them in. A point on the surface is above the side its triangle's normal says.
+/// At equal distances (a shared edge) the triangle with the lower number wins, whatever order the
+/// tree visits them in. A point on the surface counts as above the side that its triangle's normal
+/// points to.
 fn triangles(mesh: &Mesh, p: Vec3, reach: f32) -> Option<Nearest> {
     let around = Aabb::new(p, p).grown(reach);
     let mut best: Option<(f32, u32, Vec3, Vec3)> = None;
@@ -121,7 +122,7 @@ fn triangles(mesh: &Mesh, p: Vec3, reach: f32) -> Option<Nearest> {
     (distance <= reach).then_some(Nearest { distance, normal })
 }
 
-/// The point of a triangle nearest to `p`, by the parts of space nearest to its corners, edges and inside
+/// Point of a triangle nearest to `p`, by the Voronoi regions of its corners, edges and inside
 /// [Ericson05].
 fn on_triangle([a, b, c]: [Vec3; 3], p: Vec3) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
@@ -169,7 +170,7 @@ mod tests {
     use parry3d::shape;
     use std::sync::Arc;
 
-    /// Distances of points around the shape, and the point of the surface that they lead to.
+    /// Compares distances of points around the shape, and the surface points that they lead to.
     fn compare(shape: &Shape, reference: &impl PointQuery, solid: bool) {
         let ours = Solid::of(shape);
         let mut numbers = Numbers(7);
@@ -182,7 +183,8 @@ mod tests {
             let away = (p - q).length();
             let distance = if solid && theirs.is_inside { -away } else { away };
             inside += u32::from(distance < 0.0);
-            // Both in f32 over coordinates up to 3 m; parry's projections of cones and hulls iterate.
+            // Both in f32 over coordinates up to 3 m; parry's projections of cones and hulls
+            // iterate.
             assert!(
                 (found.distance - distance).abs() < 2e-5,
                 "{shape:?} {p:?}: {found:?} {distance}"

@@ -1,10 +1,10 @@
-//! What tests against parry share.
+//! Helpers of the tests against parry.
 
 use parry3d::math::Vector;
 
 use crate::base::math::{Vec3, vec3};
 
-/// Numbers from -1 to 1, by a linear congruential generator.
+/// Random numbers from -1 to 1, by a linear congruential generator.
 pub(crate) struct Numbers(pub(crate) u32);
 
 impl Numbers {

@@ -1,32 +1,37 @@
-//! How far a pair may turn before a corner comes down that its manifold has no point of.
+//! Rotation that a pair can make before a corner without a contact point lands.
 //!
-//! A manifold is kept while its pair hardly moves, and has four points at most. What turns sets down other corners: next to the
-//! face that stands, or of the same face, left out as the fifth. A corner that stands `rise` higher than the deepest point, `out`
-//! outside of what the points at that depth enclose, comes down at an angle of `rise / out`; one above what they enclose never does.
+//! A manifold is reused while its pair hardly moves, and has at most four points. A rotation can
+//! land other corners: corners next to the supporting face, or a fifth corner of the same face.
+//! Take a corner that is `rise` higher than the deepest point, and `out` outside the area that the
+//! points at that depth enclose. It lands at an angle of `rise / out`; a corner above the area
+//! never lands.
 
 use super::manifold::Manifold;
 use super::solid::{Core, Solid};
 use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
 
-/// A corner may come deeper than the deepest point by this part of how far it is from the middle of the manifold.
+/// Allowed extra depth of a corner below the deepest point, relative to its distance from the
+/// middle of the manifold.
 const DEEPER: f32 = 0.001;
 
-/// A corner may touch the other solid if it is in that when it has come down by this part of its distance from the middle of the
-/// manifold. That is what a turn of 0.1 rad does.
+/// Maximum descent of a corner, relative to its distance from the middle of the manifold: the
+/// effect of a rotation of 0.1 rad. A corner may touch the other solid if it is inside it after
+/// this descent.
 const DOWN: f32 = 0.1;
 
-/// The lowest place may go round a rim by this angle about its axis [rad].
+/// Angle about a rim's axis by which its lowest point may move [rad].
 const FAR_ROUND: f32 = 0.1;
 
-/// A rim that lies flat has four points. A place between two of them comes down by the turn times this part of the radius, which is
-/// 1 - cos 45°.
+/// A rim that lies flat has four points. A point between two of them descends by the rotation times
+/// this fraction of the radius, which is 1 - cos 45°.
 const BETWEEN: f32 = 0.29;
 
-/// Steeper corners are not asked [rad]: nothing is kept over such a turn.
+/// Maximum landing angle of a corner that counts [rad]: no manifold is reused over such a rotation.
 const STEEPEST: f32 = 0.3;
 
-/// The least angle at which a corner of one of the solids comes down beside the manifold [rad]; [`f32::MAX`] if none does.
+/// Returns the minimum angle at which a corner of one of the solids lands beside the manifold
+/// [rad]; [`f32::MAX`] if none does.
 pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> f32 {
     let Some(plan) = Plan::of(m) else { return f32::MAX };
     let mut room = f32::MAX;
@@ -57,16 +62,16 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
     room
 }
 
-/// How far a body of revolution may turn before another place of its rim comes down. If its axis leans from the normal by `a`, the
-/// lowest place goes round by `turn / sin a`.
+/// Angle by which a body of revolution may turn before another point of its rim lands. If its axis
+/// leans from the normal by `a`, the lowest point moves about the axis by `turn / sin a`.
 fn rim(normal: Vec3, axis: Vec3) -> f32 {
     greater(FAR_ROUND * axis.cross(normal).length(), DEEPER / BETWEEN)
 }
 
-/// Corners that are nearer to a point than this part of the manifold's size have that point.
+/// A corner belongs to a contact point if it is nearer than this fraction of the manifold's size.
 const SAME: f32 = 1.0e-3;
 
-/// A manifold seen along its normal.
+/// A manifold projected along its normal.
 struct Plan {
     normal: Vec3,
     across: [Vec3; 2],
@@ -74,11 +79,11 @@ struct Plan {
     deepest: Vec3,
     separation: f32,
     middle: [f32; 2],
-    /// Those as deep as the deepest, first, of all.
+    /// All points; those as deep as the deepest come first.
     points: [[f32; 2]; 4],
     level: usize,
     count: usize,
-    /// Greatest distance of a point from the deepest [m].
+    /// Maximum distance of a point from the deepest [m].
     size: f32,
 }
 
@@ -123,7 +128,8 @@ impl Plan {
         })
     }
 
-    /// The least of the angles at which those corners of a hull come down that may touch the other solid. Both are with their poses.
+    /// Minimum landing angle of the hull's corners that may touch the other solid, both at their
+    /// poses.
     fn room_of(
         &self,
         (corners, pose): (&[Vec3], &Pose),
@@ -141,10 +147,11 @@ impl Plan {
         room
     }
 
-    /// The angle at which a corner comes down; `side`: 1 of B, -1 of A. `radius` is its rounding.
+    /// Angle at which a corner lands; `side` is 1 for B, -1 for A. `radius` is its rounding.
     fn room(&self, corner: Vec3, side: f32, radius: f32) -> f32 {
         let from = corner - self.deepest;
-        // Over the surface of the other solid at the deepest point, less the separation there.
+        // Height over the surface of the other solid at the deepest point, minus the separation
+        // there.
         let rise = side * self.normal.dot(from) - 0.5 * self.separation - radius;
         let at = flat(from, self.across);
         let has_one = |p: &[f32; 2]| length(minus(at, *p)) <= SAME * self.size;
@@ -160,7 +167,8 @@ impl Plan {
         if out * STEEPEST <= rise { f32::MAX } else { rise / out }
     }
 
-    /// True if a corner is in the other solid when it has come down ([`DOWN`]). Those beside that solid never are.
+    /// Returns true if a corner is in the other solid after its descent ([`DOWN`]). Corners beside
+    /// that solid never are.
     fn may_touch(&self, corner: Vec3, side: f32, other: &Solid, pose: &Pose) -> bool {
         let Core::Hull(hull) = &other.core else { return true };
         let from = corner - self.deepest;
@@ -171,7 +179,7 @@ impl Plan {
         hull.planes.iter().all(|plane| plane.distance(then) <= other.radius)
     }
 
-    /// How far a place is outside of what the deepest points enclose [m].
+    /// Distance of a point outside the area that the deepest points enclose [m].
     fn outside(&self, at: [f32; 2]) -> f32 {
         let points = &self.points[..self.level];
         let mut least = f32::MAX;
@@ -234,7 +242,7 @@ mod tests {
     use crate::geometry::shape::Shape;
     use crate::geometry::solid::Solid;
 
-    /// Of a shape that rests on a plane.
+    /// Room of a shape that rests on a plane.
     fn room(shape: &Shape, height: f32) -> f32 {
         let floor = Solid::of(&Shape::HalfSpace { normal: vec3(0.0, 1.0, 0.0), offset: 0.0 });
         let solid = Solid::of(shape);

@@ -1,11 +1,12 @@
-//! Boxes that come, go and move: a packed R-tree, eight boxes a block, its leaves sorted along a Hilbert
-//! curve [Kamel94] [Skilling04].
+//! A dynamic tree of bounding boxes: a packed R-tree, eight boxes per block, its leaves sorted
+//! along a Hilbert curve [Kamel94] [Skilling04].
 //!
-//! Block `b` of a level holds the boxes of blocks `8 b .. 8 b + 8` of the level below, so there are no
-//! pointers, and one test of a query answers for eight children. What moves is refitted in place; the
-//! order is made anew only when the boxes of the blocks have grown. What is added stands behind the
-//! sorted leaves until [`RTree::tidy`] sorts it into sections of falling size (the logarithmic method
-//! [Bentley80]): adding one box to a million costs the logarithm, not the million.
+//! Block `b` of a level holds the boxes of blocks `8 b .. 8 b + 8` of the level below. There are no
+//! pointers, and one test covers eight children. Moved boxes are refitted in place; the order is
+//! computed again only when the boxes of the blocks have grown. New boxes stand behind the sorted
+//! leaves until [`RTree::tidy`] sorts them into sections of decreasing size. This is the
+//! logarithmic method [Bentley80]: adding one box to a million costs the logarithm, not the
+//! million.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 mod order;
@@ -22,30 +23,30 @@ use crate::base::wide::LANES;
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
 const NONE: u32 = u32::MAX;
-/// The order is made anew when the blocks are this much larger than when it was made. Queries slow down
-/// about in proportion; at 1.2 rebuilding costs more than it saves, at 3 the queries do.
+/// Growth factor of the blocks at which the order is computed again. Queries slow down roughly in
+/// proportion to it. At 1.2 rebuilding costs more than it saves; at 3 the queries do.
 const WORN: f64 = 1.6;
-/// Boxes of items; an item is a small number of the user's.
+/// Tree of items' boxes; an item is a small number of the caller's.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct RTree {
-    /// `levels[0]` holds the leaves, the last level is one block.
+    /// `levels[0]` holds the leaves; the last level has one block.
     levels: Vec<Vec<Boxes>>,
-    /// The item of each leaf, [`NONE`] where there is none.
+    /// The item of each leaf; [`NONE`] for a free leaf.
     items: Vec<u32>,
     /// The leaf of each item.
     leaf_of: Vec<u32>,
     len: usize,
-    /// First leaves of the sorted sections, and where the unsorted rest begins.
+    /// First leaves of the sorted sections, and the start of the unsorted rest.
     sections: Vec<u32>,
     sorted: usize,
-    /// Leaves changed since the size of the blocks was last looked at.
+    /// Number of leaves changed since the last check of the blocks' sizes.
     stirred: usize,
-    /// Surface of the lowest blocks for each leaf when they were made.
+    /// Surface area of the lowest blocks per leaf at the last build.
     fresh: f64,
     #[cfg_attr(feature = "serde", serde(skip))]
     scratch: order::Scratch,
-    /// Levels that a smaller tree does not have, for their memory.
+    /// Levels that a smaller tree does not need, kept for their memory.
     #[cfg_attr(feature = "serde", serde(skip))]
     spare: Vec<Vec<Boxes>>,
 }
@@ -57,10 +58,10 @@ impl Clone for RTree {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Copies into the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { levels, items, leaf_of, sections, len, sorted, stirred, fresh, .. } = from;
-        // A tree that grows again finds its upper levels as it left them.
+        // A tree that grows again reuses its upper levels.
         let fewer = levels.len().min(self.levels.len());
         self.spare.extend(self.levels.drain(fewer..));
         self.levels.extend((fewer..levels.len()).map(|_| self.spare.pop().unwrap_or_default()));
@@ -81,18 +82,19 @@ impl RTree {
         self.len
     }
 
-    /// All items, in the order of the leaves: near ones are near each other.
+    /// All items, in the order of the leaves: items near in space are near in the list.
     pub(crate) fn items(&self) -> impl Iterator<Item = u32> {
         self.items.iter().copied().filter(|item| *item != NONE)
     }
 
-    /// The leaf of an item, a number that is near for items that are near.
+    /// The leaf of an item; items near in space have close numbers.
     #[inline]
     pub(crate) fn leaf(&self, item: u32) -> u32 {
         self.leaf_of.get(item as usize).copied().unwrap_or(NONE)
     }
 
-    /// True if items and leaves name each other, and every level has the blocks that the one below needs.
+    /// Returns true if items and leaves refer to each other, and every level has the blocks that
+    /// the one below needs.
     pub(crate) fn is_sound(&self) -> bool {
         let leaves = self.items.len();
         let is_leaf = |(leaf, item): (u32, &u32)| *item == NONE || self.leaf(*item) == leaf;
@@ -130,7 +132,7 @@ impl RTree {
         }
     }
 
-    /// Tells all boxes from another origin [m].
+    /// Moves all boxes to coordinates relative to another origin [m].
     pub(crate) fn shift(&mut self, origin: Vec3) {
         for block in self.levels.iter_mut().flatten() {
             for lane in 0..LANES {
@@ -140,7 +142,7 @@ impl RTree {
         }
     }
 
-    /// Takes an item out.
+    /// Removes an item.
     pub(crate) fn remove(&mut self, item: u32) {
         let leaf = core::mem::replace(&mut self.leaf_of[item as usize], NONE);
         self.items[leaf as usize] = NONE;
@@ -149,7 +151,7 @@ impl RTree {
         self.set_leaf(leaf, &Aabb::EMPTY);
     }
 
-    /// Gives an item another box.
+    /// Replaces the box of an item.
     pub(crate) fn replace(&mut self, item: u32, bounds: &Aabb) {
         let leaf = self.leaf_of[item as usize];
         let old = self.levels[0][leaf as usize / LANES].get(leaf as usize % LANES);
@@ -157,15 +159,15 @@ impl RTree {
             self.stirred += 1;
             self.set_leaf(leaf, bounds);
         } else {
-            // It went elsewhere, and would only blow up the block it was in.
+            // The item moved far away, and would only enlarge its old block.
             self.remove(item);
             self.insert(bounds, item);
         }
     }
 
-    /// Gives many items other boxes. Items must differ.
+    /// Replaces the boxes of many items. Items must differ.
     pub(crate) fn replace_all(&mut self, boxes: &[(u32, Aabb)], jobs: &Jobs<'_>) {
-        // A whole refit costs about 3 ns a leaf, the way up from one leaf about 100.
+        // A full refit costs about 3 ns per leaf, the path up from one leaf about 100 ns.
         if boxes.len() * 32 < self.items.len() {
             for (item, bounds) in boxes {
                 self.stirred += 1;
@@ -195,7 +197,7 @@ impl RTree {
         }
     }
 
-    /// Brings the number of blocks of all levels in line with the number of leaves.
+    /// Adapts the number of blocks of all levels to the number of leaves.
     fn fit_levels(&mut self) {
         let mut n = self.items.len();
         let mut k = 0;
@@ -204,7 +206,7 @@ impl RTree {
             if k == self.levels.len() {
                 self.levels.push(Vec::new());
                 if k > 0 && n > 0 {
-                    // A new root: what was one block is its first child.
+                    // A new root: the former single block is its first child.
                     let below = self.levels[k - 1][0].bounds();
                     let mut root = Boxes::EMPTY;
                     root.set(0, &below);
@@ -217,7 +219,7 @@ impl RTree {
         self.levels.truncate(k);
     }
 
-    /// Works out the blocks of level `from` and above from those below, right of leaf `first`.
+    /// Computes the blocks of level `from` and above from those below, right of leaf `first`.
     fn refit(&mut self, from: usize, first: usize, jobs: &Jobs<'_>) {
         let mut start = first;
         for k in 1..self.levels.len() {
@@ -240,14 +242,14 @@ impl RTree {
         }
     }
 
-    /// Surface of the lowest blocks for each leaf.
+    /// Surface area of the lowest blocks per leaf.
     fn wear(&self) -> f64 {
         let Some(parents) = self.levels.get(1) else { return 0.0 };
         let mut sum = 0.0;
         for parent in parents {
             for lane in 0..LANES {
                 let b = parent.get(lane);
-                // Half-spaces are boxes without end: they wear nothing.
+                // Half-spaces have infinite boxes, which do not count.
                 if b.min.x <= b.max.x && b.half_area() < 1.0e20 {
                     sum += f64::from(b.half_area());
                 }
@@ -258,7 +260,7 @@ impl RTree {
         sum / n
     }
 
-    /// Puts the tree in order where it needs it. To be called before many queries.
+    /// Restores the order of the tree where needed. Call it before many queries.
     pub(crate) fn tidy(&mut self, jobs: &Jobs<'_>) {
         self.scratch.settle();
         let holes = self.items.len() - self.len;
@@ -275,7 +277,8 @@ impl RTree {
         }
     }
 
-    /// Makes a section of what is not sorted, with the sections before it that are not much larger.
+    /// Sorts the unsorted leaves into one section, with the sections before it that are not much
+    /// larger.
     fn sort_in(&mut self, jobs: &Jobs<'_>) {
         let n = self.items.len();
         let mut start = self.sorted;
@@ -289,9 +292,9 @@ impl RTree {
         self.build(start, jobs);
     }
 
-    /// Sorts the leaves from `start` on, without holes, and works out their blocks.
+    /// Sorts the leaves from `start` on, without holes, and computes their blocks.
     fn build(&mut self, start: usize, jobs: &Jobs<'_>) {
-        // Sections begin with a block of their own but for the rest of the one before.
+        // A section starts with a new block, apart from the rest of the section before it.
         self.scratch
             .collect(&self.items, start, |leaf| self.levels[0][leaf / LANES].get(leaf % LANES));
         self.scratch.sort(jobs);
@@ -302,7 +305,7 @@ impl RTree {
         self.levels[0].truncate(fewer);
         self.fit_levels();
         let (sorted, blocks) = (&self.scratch, &mut self.levels[0]);
-        // SAFETY: each leaf is of one block, and each item of one leaf.
+        // SAFETY: each leaf belongs to one block, and each item to one leaf.
         let apart = unsafe { Apart::promise() };
         let items = Rows::new(&mut self.items, apart);
         let leaf_of = Rows::new(&mut self.leaf_of, apart);
@@ -341,7 +344,7 @@ impl RTree {
         }
     }
 
-    /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
+    /// Calls `visit` with every item whose box overlaps `bounds`, until it returns false.
     #[inline]
     pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
         if let Some(top) = self.levels.len().checked_sub(1) {
@@ -373,14 +376,14 @@ impl RTree {
         true
     }
 
-    /// Number of blocks of leaves.
+    /// Number of leaf blocks.
     pub(crate) fn blocks(&self) -> usize {
         self.levels.first().map_or(0, Vec::len)
     }
 
-    /// Calls `visit` with every pair of items whose boxes overlap, the first of which is in this block
-    /// of leaves and the second behind it: over all blocks, with every pair once. Eight items go down the
-    /// tree together.
+    /// Calls `visit` with every pair of items whose boxes overlap, if the first is in this leaf
+    /// block and the second behind it. Over all blocks this gives every pair once. Eight items
+    /// descend the tree together.
     #[inline]
     pub(crate) fn pairs_of(&self, block: usize, mut visit: impl FnMut(u32, u32)) {
         let Some(own) = self.levels.first().and_then(|leaves| leaves.get(block)) else { return };
@@ -405,7 +408,7 @@ impl RTree {
         }
     }
 
-    /// As [`Self::pairs_of`], of the leaves under a block that is not one of leaves.
+    /// [`Self::pairs_of`] for the leaves under a block above the leaf level.
     fn pairs_below(
         &self,
         level: usize,
@@ -416,7 +419,8 @@ impl RTree {
         visit: &mut impl FnMut(usize, usize),
     ) {
         let Some(above) = self.levels[level].get(index) else { return };
-        // The child that holds the block itself, if it is here: those before it had their turn.
+        // The child that holds the block itself, if it is here; children before it were processed
+        // earlier.
         let own_child = block >> (3 * (level - 1));
         let mut mask = above.overlaps(bounds);
         while mask != 0 {
@@ -446,9 +450,9 @@ impl RTree {
         }
     }
 
-    /// Calls `visit` with every item whose box the segment or moving box, up to `max` of its way, may
-    /// meet, near blocks first. `visit` answers the new max: smaller to shorten the ray, negative to
-    /// stop.
+    /// Calls `visit` with every item whose box the segment or moving box may hit, up to the
+    /// fraction `max`, near blocks first. `visit` returns the new max: smaller to shorten the ray,
+    /// negative to stop.
     pub(crate) fn ray(&self, ray: &Ray, max_fraction: f32, mut visit: impl FnMut(u32) -> f32) {
         let mut max = max_fraction;
         if let Some(top) = self.levels.len().checked_sub(1) {

@@ -1,4 +1,4 @@
-//! Two polytopes to a manifold: separating axes, then clipping [Gregorius13].
+//! Collides two polytopes: separating axes, then clipping [Gregorius13].
 
 mod edges;
 mod search;
@@ -15,11 +15,12 @@ use super::manifold::{EDGE_PAIR, Manifold, PairCache, REFERENCE_B};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 
-/// Part of the size by which a later kind of axis must be better than an earlier one: without it
-/// rounding would choose, and feature ids would flicker.
+/// Amount by which a later kind of axis must be better than an earlier one, relative to the size.
+/// Without it rounding would choose, and feature ids would flicker.
 pub(super) const PREFERENCE: f32 = 1.0e-3;
 
-/// The manifold of two hulls in the frame of A. Points farther apart than `margin` [m] are left out.
+/// Computes the manifold of two hulls in the frame of A. Points farther apart than `margin` [m] are
+/// left out.
 pub(crate) fn collide_hulls(
     level: Level,
     a: &Hull,
@@ -48,13 +49,13 @@ pub(crate) fn collide_hulls(
     if m.count > 0 { m } else { beside_the_face(a, b, b_in_a, margin, m.normal, of_faces) }
 }
 
-/// Half the least width of the thinner hull, seen from its center; flat ones do not count.
+/// Half the minimum width of the thinner hull, measured from its center; flat hulls do not count.
 fn thinness(a: &Hull, b: &Hull) -> f32 {
     let (thin, thick) = if a.inner < b.inner { (a.inner, b.inner) } else { (b.inner, a.inner) };
     if thin > 1.0e-3 * thick { thin } else { thick }
 }
 
-/// The corners of a face; every k-th of a very large one.
+/// Writes the corners of a face; every k-th corner of a very large one.
 pub(crate) fn face_polygon(x: &Hull, face: usize, out: &mut Polygon) {
     out.clear();
     let Some(&first) = x.face_edges.get(face) else { return };
@@ -77,13 +78,13 @@ pub(crate) fn face_polygon(x: &Hull, face: usize, out: &mut Polygon) {
     }
 }
 
-/// The face whose normal is most along `direction`.
+/// Returns the face whose normal is farthest along `direction`.
 #[inline]
 pub(crate) fn face_along(x: &Hull, direction: Vec3) -> usize {
     x.lanes.face_along(direction)
 }
 
-/// Contact of face `face` of A with the face of B that looks at it most.
+/// Contact of face `face` of A with the face of B that is most opposite to it.
 fn face_contact(
     level: Level,
     a: &Hull,
@@ -118,9 +119,10 @@ fn edge_contact(a: &Hull, b: &Hull, b_in_a: &Pose, e: &EdgeAxis) -> Manifold {
     Manifold::single(normal, (on_a + on_b) * 0.5, e.separation, feature)
 }
 
-/// No axis separates by more than the margin and yet nothing lies above the face: corners or edges
-/// pass beside it. The true closest points decide; where the polytopes overlap after all, the corner
-/// of B that is deepest along the face normal `n` does, at the separation of the faces.
+/// Contact where no axis separates by more than the margin and yet nothing is above the face:
+/// corners or edges pass beside it. The true closest points decide. If the polytopes overlap after
+/// all, the corner of B that is deepest along the face normal `n` decides, at the separation of the
+/// faces.
 fn beside_the_face(
     a: &Hull,
     b: &Hull,
@@ -145,7 +147,7 @@ fn beside_the_face(
     }
 }
 
-/// The vertex farthest along `direction`.
+/// Returns the vertex farthest along `direction`.
 #[inline]
 pub(crate) fn support(x: &Hull, direction: Vec3) -> Vec3 {
     x.vertices[x.lanes.farthest_along(direction)]

@@ -10,7 +10,7 @@ use super::mesh::Mesh;
 use crate::base::limits;
 use crate::base::math::Vec3;
 
-/// A shape in its own frame: centered on the origin, round shapes with their axis along y.
+/// A shape in its own frame: centered on the origin; round shapes have their axis along y.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
@@ -50,9 +50,9 @@ pub enum Shape {
     },
     /// A convex hull.
     Hull(Arc<Hull>),
-    /// All points `p` with `normal · p <= offset`: solid ground without end. Static bodies only.
+    /// All points `p` with `normal · p <= offset`: infinite solid ground. Static bodies only.
     HalfSpace {
-        /// Unit normal of the surface, away from the solid [local].
+        /// Unit normal of the surface, pointing out of the solid [local].
         normal: Vec3,
         /// Distance of the surface from the origin along the normal [m].
         offset: f32,
@@ -61,14 +61,14 @@ pub enum Shape {
     Mesh(Arc<Mesh>),
 }
 
-/// What is wrong with a shape: the field, its value in words, and what is allowed.
+/// An invalid number of a shape: the field, its value, and the allowed range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeError {
     /// Name of the field.
     pub field: &'static str,
     /// Its value.
     pub value: f32,
-    /// What is allowed there.
+    /// Allowed range, in words.
     pub allowed: &'static str,
 }
 
@@ -103,7 +103,7 @@ impl Shape {
         Self::Sphere { radius }
     }
 
-    /// A capsule along y: half the length between the ball centers [m] and the radius [m].
+    /// A capsule along y from half the length between the ball centers [m] and the radius [m].
     #[must_use]
     pub const fn capsule(half_height: f32, radius: f32) -> Self {
         Self::Capsule { half_height, radius }
@@ -133,13 +133,13 @@ impl Shape {
         Self::Cone { half_height, radius_bottom: radius, radius_top: 0.0 }
     }
 
-    /// The half space below a plane, see [`Shape::HalfSpace`]; the normal is normalized.
+    /// The half-space below a plane, see [`Shape::HalfSpace`]; the normal is normalized.
     #[must_use]
     pub fn half_space(normal: impl Into<Vec3>, offset: f32) -> Self {
         Self::HalfSpace { normal: normal.into().normalize_or(Vec3::ZERO), offset }
     }
 
-    /// The kind in one word.
+    /// Name of the kind, in one word.
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
@@ -154,12 +154,12 @@ impl Shape {
         }
     }
 
-    /// True if all its faces are flat: its manifolds may be recycled.
+    /// Returns true if all faces are flat; manifolds of flat shapes may be recycled.
     pub(crate) const fn is_flat(&self) -> bool {
         matches!(self, Self::Box { .. } | Self::Hull(_) | Self::Mesh(_) | Self::HalfSpace { .. })
     }
 
-    /// Checks every number.
+    /// Validates every number.
     ///
     /// # Errors
     /// The first field that is out of range.

@@ -1,4 +1,4 @@
-//! A shape as the narrowphase sees it: a core, rounded by a radius.
+//! A shape in the form that the narrowphase uses: a core, rounded by a radius.
 
 use std::sync::Arc;
 
@@ -16,9 +16,9 @@ use crate::base::pose::Pose;
 pub(crate) enum Core {
     /// The origin: a sphere's core.
     Point,
-    /// From (0, -half_height, 0) to (0, half_height, 0): a capsule's core.
+    /// The segment from (0, -half_height, 0) to (0, half_height, 0): a capsule's core.
     Segment { half_height: f32 },
-    /// A polytope; boxes too.
+    /// A polytope, including boxes.
     Hull(Arc<Hull>),
     /// A body of revolution about y: cylinder, cone, truncated cone.
     Frustum { half_height: f32, radius_bottom: f32, radius_top: f32 },
@@ -67,15 +67,15 @@ impl Solid {
         }
     }
 
-    /// True of what has no inside: a mesh or a half-space.
+    /// Returns true for a mesh or a half-space, which have no inside.
     pub(crate) const fn is_surface(&self) -> bool {
         matches!(self.core, Core::HalfSpace { .. } | Core::Mesh(_))
     }
 
-    /// The smallest box around the solid at `pose`; infinite for a half-space.
+    /// Smallest bounding box of the solid at `pose`; infinite for a half-space.
     pub(crate) fn aabb(&self, pose: &Pose) -> Aabb {
         let around = |center: Vec3, half: Vec3| Aabb::new(center - half, center + half);
-        // Of a ball it is not asked.
+        // A closure, since a ball does not need the matrix.
         let turn = || pose.rotation.to_mat3();
         let sharp = match &self.core {
             Core::Point => around(pose.position, Vec3::ZERO),
@@ -88,7 +88,7 @@ impl Solid {
                 }
                 None => {
                     let rows = turn().transpose();
-                    // Not an array that is mapped: compilers make calls of that.
+                    // Not a mapped array: compilers make calls of that.
                     let (low_x, high_x) = hull.lanes.reach_along(rows.x);
                     let (low_y, high_y) = hull.lanes.reach_along(rows.y);
                     let (low_z, high_z) = hull.lanes.reach_along(rows.z);
@@ -128,7 +128,8 @@ impl Solid {
         }
     }
 
-    /// As [`Self::aabb`], bit by bit, with the lanes of the machine. `turn`: the pose's rotation, if somebody has it.
+    /// Returns the same bits as [`Self::aabb`], computed with the machine's SIMD lanes. `turn` is
+    /// the pose's rotation matrix, if the caller has it.
     #[inline(always)]
     pub(crate) fn aabb_with<S: Simd>(&self, simd: S, pose: &Pose, turn: Option<Mat3>) -> Aabb {
         match &self.core {
@@ -141,7 +142,8 @@ impl Solid {
         }
     }
 
-    /// The box around the core along its own axes [m, local]; empty at the origin if there is none.
+    /// Bounding box of the core along its own axes [m, local]; empty at the origin for a core
+    /// without one.
     pub(crate) fn core_box(&self) -> Aabb {
         let half = match &self.core {
             Core::Hull(hull) => return hull.bounds(),
@@ -155,13 +157,13 @@ impl Solid {
         Aabb::new(-half, half)
     }
 
-    /// A ball around a bounded convex solid: center and radius [m, local].
+    /// A bounding ball of a bounded convex solid: center and radius [m, local].
     pub(crate) fn ball(&self) -> (Vec3, f32) {
         let core = self.core_box();
         (core.center(), core.half_extents().length() + self.radius)
     }
 
-    /// The greatest distance of a point of the solid from `center` [m]; 0 for a half-space.
+    /// Maximum distance of a point of the solid from `center` [m]; 0 for a half-space.
     pub(crate) fn max_extent(&self, center: Vec3) -> f32 {
         let far = match &self.core {
             Core::Point => center.length(),

@@ -1,8 +1,10 @@
-//! When two solids that move first meet within a step, and whether one is deep in the other, or past it, at the end.
+//! Time of impact of two moving solids within a step, and whether one ends deep in the other or
+//! past it.
 //!
-//! Conservative advancement [Mirtich96] of both at once: along the normal of their closest points the two come together no
-//! faster than their middles do, and as their turns move their farthest points against these. The time in which the distance is
-//! crossed is no less than the distance over that speed. Then the two are looked at again.
+//! Conservative advancement [Mirtich96] of both at once. Along the normal of their closest points
+//! the two approach no faster than their middles do, plus the speed that their rotations give their
+//! farthest points. The time to close the distance is therefore at least the distance over that
+//! speed. Then the closest points are computed again.
 
 use super::approach;
 use super::collide::convex::Convex;
@@ -11,12 +13,12 @@ use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 
-/// How a center of mass moves in a step: straight, while the body turns evenly.
+/// Motion of a center of mass in a step: straight, while the body turns evenly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
-    /// At the start [world].
+    /// Pose at the start [world].
     from: Pose,
-    /// By how much it moves [m], and turns [rad].
+    /// Displacement [m] and rotation vector [rad].
     shift: Vec3,
     turn: Vec3,
 }
@@ -26,7 +28,7 @@ impl Way {
         Self { from: at, shift: Vec3::ZERO, turn: Vec3::ZERO }
     }
 
-    /// `spin`: about how far it turned [rad]; two poses tell no whole turns.
+    /// `spin` is the approximate rotation [rad]: two poses do not show whole turns.
     pub(crate) fn between(from: Pose, to: &Pose, spin: Vec3) -> Self {
         let shift = to.position - from.position;
         let turn = (to.rotation * from.rotation.conjugate()).to_rotation_vector();
@@ -35,7 +37,7 @@ impl Way {
         }
         let axis = turn.try_normalize().or_else(|| spin.try_normalize()).unwrap_or(Vec3::X);
         let whole = 2.0 * core::f32::consts::PI;
-        // Beyond a million turns a step says nothing.
+        // Above a million turns the step is meaningless.
         let turns = ((axis.dot(spin) - axis.dot(turn)) / whole).clamp(-1.0e6, 1.0e6).round();
         Self { from, shift, turn: turn + axis * (turns * whole) }
     }
@@ -44,7 +46,7 @@ impl Way {
         self.shift
     }
 
-    /// Where it is after this part of the way.
+    /// Pose after a fraction of the motion.
     pub(crate) fn at(&self, part: f32) -> Pose {
         let Pose { position, rotation } = self.from;
         let turns = self.turn != Vec3::ZERO;
@@ -53,21 +55,23 @@ impl Way {
     }
 }
 
-/// A solid on its way.
+/// A moving solid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mover<'a> {
     solid: &'a Solid,
-    /// Where it sits [frame of the center of mass].
+    /// Pose of the solid [frame of the center of mass].
     centered: Pose,
     way: Way,
-    /// Half of its least thickness [m]; of a surface without an inside infinite: the other's tells.
+    /// Half of its minimum thickness [m]; infinite for a surface without an inside, so that the
+    /// other solid decides.
     half: f32,
-    /// Its middle [frame of the center of mass], and the greatest distance of its points from there [m].
+    /// Its middle [frame of the center of mass], and the maximum distance of its points from there
+    /// [m].
     middle: Vec3,
     size: f32,
-    /// The turn moves its points by no more than this against its middle [m].
+    /// Maximum displacement of its points relative to its middle, due to the rotation [m].
     swing: f32,
-    /// By how much it changes the velocity of its middle [m].
+    /// Maximum change of its middle's velocity, due to the rotation [m].
     bend: f32,
 }
 
@@ -88,13 +92,13 @@ impl<'a> Mover<'a> {
         let middle = centered.point(middle);
         way.turn = seen_turn(solid, &centered, &way);
         let turn = way.turn.length();
-        // The rounding moves as the core does: a ball that turns stays where it is.
+        // The rounding moves as the core does: a ball that turns in place does not move.
         let swing = turn * (size - solid.radius).max(0.0);
         let bend = turn * turn * middle.length();
         Self { solid, centered, way, half, middle, size, swing, bend }
     }
 
-    /// Velocity of its middle after a part of the way [m per way].
+    /// Velocity of its middle after a fraction of the motion [m per motion].
     fn velocity(&self, part: f32) -> Vec3 {
         let Way { shift, turn, .. } = self.way;
         if self.bend > 0.0 {
@@ -104,7 +108,7 @@ impl<'a> Mover<'a> {
         }
     }
 
-    /// Its body's way, but for turns that nobody sees.
+    /// Motion of its body, without rotations that leave the solid unchanged.
     pub(crate) const fn way(&self) -> &Way {
         &self.way
     }
@@ -113,21 +117,21 @@ impl<'a> Mover<'a> {
         self.way.at(part).compose(&self.centered)
     }
 
-    /// How far it reaches from `origin` along a direction [m]; `None` of a surface.
+    /// Extent of the solid from `origin` along a direction [m]; `None` for a surface.
     fn reach(&self, pose: &Pose, origin: Vec3, direction: Vec3) -> Option<f32> {
         let seen = pose.local_direction(direction);
         let tip = pose.direction(Convex::of(&self.solid.core)?.support(seen));
         Some(direction.dot(pose.position - origin) + direction.dot(tip) + self.solid.radius)
     }
 
-    /// Its middle now, and after the whole way.
+    /// Its middle at the start and at the end of the motion.
     fn middles(&self) -> [Vec3; 2] {
         [self.way.at(0.0).point(self.middle), self.way.at(1.0).point(self.middle)]
     }
 }
 
-/// What is left of a turn when that is taken out which leaves every point of the solid on its surface: of a ball about its
-/// center all, of a wheel about its axle that about the axle.
+/// Removes the part of the rotation that leaves the solid unchanged: for a ball about its center,
+/// all of it; for a wheel, the part about the axle.
 fn seen_turn(solid: &Solid, centered: &Pose, way: &Way) -> Vec3 {
     let axis = centered.direction(Vec3::Y);
     let off = centered.position - axis * centered.position.dot(axis);
@@ -135,7 +139,7 @@ fn seen_turn(solid: &Solid, centered: &Pose, way: &Way) -> Vec3 {
         Core::Point if centered.position == Vec3::ZERO => Vec3::ZERO,
         Core::Segment { .. } | Core::Frustum { .. } if off.length_squared() <= 0.0 => {
             let axis = way.from.direction(axis);
-            // A turn about another axis as well takes the axle with it.
+            // A rotation about another axis as well moves the axle.
             let along = axis * way.turn.dot(axis);
             let across = way.turn - along;
             if across.length() <= WOBBLE * along.length() { across } else { way.turn }
@@ -144,54 +148,59 @@ fn seen_turn(solid: &Solid, centered: &Pose, way: &Way) -> Vec3 {
     }
 }
 
-/// A wheel turns about its axle if it does so about nothing else by more than this part.
+/// Maximum rotation across the axle, relative to that about the axle, for a solid to count as a
+/// wheel.
 const WOBBLE: f32 = 0.02;
 
-/// What becomes of two solids in a step.
+/// Outcome of a step for two solids.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Course {
-    /// They end apart, or no deeper in each other than contacts bear.
+    /// They end apart, or no deeper in each other than contacts can handle.
     Clear,
     /// They overlap from the start.
     Overlap,
-    /// They meet after this part of the way, and end deep in each other or past each other.
+    /// They meet after this fraction of the motion, and end deep in each other or past each other.
     Deep(f32),
 }
 
-/// They may be as deep in each other at the end as this part of the thinner one's half thickness: up to twice that, both
-/// thin, a contact knows on which side the other is.
+/// Allowed overlap at the end, as a fraction of the thinner solid's half thickness. Up to twice
+/// that, for two thin solids, a contact still determines on which side the other one is.
 const SHALLOW: f32 = 1.0;
 
-/// They are stopped as far apart as this part of it: what is apart is stopped by a contact at once, what overlaps softly.
+/// Gap at which the two are stopped, as a fraction of the half thickness. A contact stops solids
+/// with a gap at once, and overlapping ones softly.
 const APART: f32 = 0.05;
 
-/// Distances are known to this part of the sizes: some roundings of f32.
+/// Rounding error of distances, relative to the sizes: some roundings of f32.
 const ROUNDING: f32 = 4.0e-6;
 
-/// What turns farther is looked at piece by piece [rad]: a plane between the two says nothing of where they are after more.
+/// Maximum rotation of one piece [rad]; larger rotations are processed piece by piece. After more
+/// rotation, a plane between the two no longer bounds where they are.
 const PIECE: f32 = 0.5;
 
-/// At most so many. What turns 16 rad in a step is as good as a disc.
+/// Maximum number of pieces. A solid that turns 16 rad in a step is as good as a disc.
 const PIECES: u16 = 32;
 
-/// Steps of an advancement. Two to ten, thirty of what grazes; what takes longer has come to the surface.
+/// Maximum number of advancement steps. Typical pairs take two to ten, grazing ones thirty; a
+/// search that takes longer has reached the surface.
 const ROUNDS: usize = 32;
 
 /// The closest points at some time.
 struct Seen {
     distance: f32,
-    /// From A to B [world].
+    /// Normal from A to B [world].
     normal: Vec3,
-    /// On A [its frame].
+    /// Closest point on A [its frame].
     point: Vec3,
 }
 
-/// Two solids on their ways. A is the one that has no inside, if one has none.
+/// Two moving solids. If one has no inside, it is A.
 pub(crate) struct Pair<'a> {
     a: Mover<'a>,
     b: Mover<'a>,
     rounding: f32,
-    /// Both can be pushed, and move against each other by less than the size of the smaller one. Such bodies may lean and slide.
+    /// Whether both can be pushed, and move relative to each other by less than the size of the
+    /// smaller one. Such bodies may lean and slide.
     leans: bool,
 }
 
@@ -202,44 +211,45 @@ impl<'a> Pair<'a> {
         Self { a, b, rounding, leans: false }
     }
 
-    /// The same of two that can be pushed both, or not.
+    /// Sets whether both bodies can be pushed.
     pub(crate) fn yielding(self, yields: bool) -> Self {
         let way = self.b.way.shift() - self.a.way.shift();
         let leans = yields && way.length() < lesser(self.a.size, self.b.size);
         Self { leans, ..self }
     }
 
-    /// How fast B's middle moves against A's after a part of the way, and how much faster any two points of both may come together
-    /// from there to `end`.
+    /// Returns the velocity of B's middle relative to A's after a fraction of the motion. Also
+    /// returns an upper bound on the extra speed at which any two points may approach from there to
+    /// `end`.
     fn speeds(&self, [at, end]: [f32; 2]) -> (Vec3, f32) {
         let bend = (self.a.bend + self.b.bend) * (end - at);
         (self.b.velocity(at) - self.a.velocity(at), self.a.swing + self.b.swing + bend)
     }
 
-    /// How far points of both move against each other at most, on a part of the way [m].
+    /// Maximum relative displacement of points of both, on a part of the motion [m].
     fn most(&self, [at, end]: [f32; 2]) -> f32 {
         let (moves, turns) = self.speeds([at, end]);
         (moves.length() + turns) * (end - at)
     }
 
-    /// How fast the two come together at most along a normal [m per way].
+    /// Maximum approach speed along a normal [m per motion].
     fn closing(&self, normal: Vec3, times: [f32; 2]) -> f32 {
         let (moves, turns) = self.speeds(times);
         turns - normal.dot(moves)
     }
 
-    /// Half of the least thickness of both [m].
+    /// The smaller of both half thicknesses [m].
     fn half(&self) -> f32 {
         lesser(self.a.half, self.b.half)
     }
 
-    /// True if they move so little that who is apart at the start is no deeper at the end than contacts bear, and no deeper than
-    /// `least` [m].
+    /// Returns true if the motion is so small that solids apart at the start overlap at the end no
+    /// more than contacts can handle, and no more than `least` [m].
     pub(crate) fn hardly_moves(&self, least: f32) -> bool {
         self.most([0.0, 1.0]) <= lesser(SHALLOW * self.half(), least)
     }
 
-    /// False if they pass each other wide.
+    /// Returns false if they pass each other at a distance.
     pub(crate) fn may_meet(&self) -> bool {
         if self.a.solid.is_surface() {
             return true;
@@ -248,11 +258,12 @@ impl<'a> Pair<'a> {
         let (apart, way) = (b - a, (b_end - b) - (a_end - a));
         let nearest = -apart.dot(way) / greater(way.dot(way), f32::MIN_POSITIVE);
         let least = (apart + way * nearest.clamp(0.0, 1.0)).length();
-        // Middles that are off the center of mass leave their straight ways by an eighth of what these bend, at most.
+        // A middle that is off the center of mass leaves its straight path by at most an eighth of
+        // its bend.
         least <= self.a.size + self.b.size + 0.125 * (self.a.bend + self.b.bend)
     }
 
-    /// What becomes of them.
+    /// Computes the outcome of the step.
     pub(crate) fn course(&self) -> Course {
         let turn = greater(self.a.way.turn.length(), self.b.way.turn.length());
         let wanted = (turn / PIECE).clamp(0.0, f32::from(PIECES));
@@ -262,7 +273,7 @@ impl<'a> Pair<'a> {
         for piece in 0..pieces {
             match self.course_between([part(piece), part(piece + 1)]) {
                 Course::Clear => {}
-                // What a piece before left is no deeper than contacts bear.
+                // An overlap that an earlier piece left is no deeper than contacts can handle.
                 Course::Overlap if piece > 0 => {
                     if let Some(seen) = self.look(part(piece), 0.0)
                         && self.is_deep(&seen, [part(piece), part(piece + 1)])
@@ -306,8 +317,9 @@ impl<'a> Pair<'a> {
         if self.is_deep(&seen, [at, end]) { Course::Deep(at) } else { Course::Clear }
     }
 
-    /// True if one comes into the other on the way, deep or not. Who only touches at the start or at the end does so if it is
-    /// inside a moment later, or was a moment before: closest points that near tell no normal.
+    /// Returns true if one enters the other during the motion, at any depth. Closest points that
+    /// are too near give no normal. If the two only touch, at the start or the end, the test is
+    /// therefore whether they overlap a moment later or earlier.
     pub(crate) fn enters(&self) -> bool {
         let most = self.most([0.0, 1.0]);
         let Some(mut seen) = self.look(0.0, most + self.rounding) else { return false };
@@ -335,7 +347,8 @@ impl<'a> Pair<'a> {
         self.look(part, 0.0).is_some_and(|seen| seen.distance < 0.0)
     }
 
-    /// The closest points after a part of the way, if they are no farther apart than `reach` [m].
+    /// Returns the closest points after a fraction of the motion, if they are no farther apart than
+    /// `reach` [m].
     fn look(&self, part: f32, reach: f32) -> Option<Seen> {
         let (pose_a, pose_b) = (self.a.at(part), self.b.at(part));
         let b_in_a = pose_a.relative(&pose_b);
@@ -344,8 +357,9 @@ impl<'a> Pair<'a> {
         Some(Seen { distance: near.distance, normal, point: near.point_a })
     }
 
-    /// True if the two end on the wrong sides of the plane that was between them. Of two that lean the plane turns with either one,
-    /// since it is not known whose face it is. Of others it stays: a wall does not turn, and what flies must not pass it.
+    /// Returns true if the two end on the wrong sides of the plane that was between them. If they
+    /// lean, the plane is tested with the rotation of either one, since it may belong to a face of
+    /// either. Otherwise it stays fixed: a wall does not turn, and a flying body must not pass it.
     fn is_deep(&self, seen: &Seen, [before, later]: [f32; 2]) -> bool {
         let (pose_a, pose_b) = (self.a.at(later), self.b.at(later));
         let origin = pose_b.position;

@@ -1,6 +1,6 @@
-//! How right a world is: energy and what came in and went out, momentum, overlaps, joint errors, friction
-//! cones, what contacts left unsolved. Everything is measured from the tables as they are; nothing is
-//! assumed of the solver that filled them.
+//! Accuracy of a world: energy balance, momentum, overlaps, joint errors, friction cones, and the
+//! errors that contacts left unsolved. The audit measures the tables as they are, and assumes
+//! nothing about the solver that filled them.
 
 mod contacts;
 mod energy;
@@ -18,18 +18,18 @@ use crate::base::id::{BodyId, JointId};
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
-/// How far joints are from what they ask.
+/// Errors of joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct JointErrors {
-    /// Largest linear error [m]: the gap of a ball joint, the excess of a distance, the excess of the
-    /// motions of a joint of six axes.
+    /// Maximum linear error [m]: the gap of a ball joint, the excess of a distance joint, the
+    /// excess of the linear axes of a six-axis joint.
     pub linear: f32,
-    /// The joint that has it; `None` if no joint is off.
+    /// The joint with this error; `None` if no joint has one.
     pub linear_joint: Option<JointId>,
-    /// Largest angular error [rad]: of the turns of joints of six axes.
+    /// Maximum angular error [rad]: of the angular axes of six-axis joints.
     pub angular: f32,
-    /// The joint that has it.
+    /// The joint with this error; `None` if no joint has one.
     pub angular_joint: Option<JointId>,
 }
 
@@ -43,47 +43,49 @@ pub enum ConstraintId {
     Joint(JointId),
 }
 
-/// The constraint that is farthest from what it asks.
+/// The constraint with the largest error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WorstConstraint {
-    /// Which.
+    /// The contact or joint.
     pub id: ConstraintId,
-    /// By how much [m]: the depth of an overlap, the gap or excess of a joint.
+    /// Its error [m]: the depth of an overlap, the gap or excess of a joint.
     pub error: f32,
 }
 
-/// What [`crate::World::audit`] found.
+/// Result of [`crate::World::audit`].
 ///
-/// Impulses are those of the last substep, as the solver keeps them for its warm start. Shapes that
-/// sleep are in it as they fell asleep. Sums over bodies are of dynamic ones. The manual: [audit](crate::manual::audit).
+/// Impulses are those of the last substep, as the solver stores them for its warm start. Sleeping
+/// shapes are included in the state in which they fell asleep. Sums over bodies cover dynamic ones.
+/// The manual: [audit](crate::manual::audit).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Audit {
     /// Steps that the world has taken.
     pub step: u64,
-    /// Energy now.
+    /// Current energy.
     pub energy: Energy,
-    /// Where it came from and went, since [`crate::World::begin_ledger`]; `None` before.
+    /// Energy balance since [`crate::World::begin_ledger`]; `None` before that call.
     pub ledger: Option<Ledger>,
-    /// Momentum now.
+    /// Current momentum.
     pub momentum: Momentum,
     /// Overlaps.
     pub penetration: Penetration,
-    /// Joints.
+    /// Joint errors.
     pub joints: JointErrors,
-    /// The contact that uses most of its friction cone; `None` if no contact carries anything.
+    /// The contact that uses the largest part of its friction cone; `None` if no contact carries
+    /// load.
     pub cone: Option<ConeUse>,
-    /// What the contacts left unsolved.
+    /// Errors that the contacts left unsolved.
     pub residual: ContactResidual,
-    /// The contact or joint that is farthest from what it asks [m]; `None` if all do.
+    /// The contact or joint with the largest error [m]; `None` if all are exact.
     pub worst: Option<WorstConstraint>,
-    /// Bodies that are out of the simulation because their state became infinite or NaN, in the order
-    /// of their slots.
+    /// Bodies out of the simulation because their state became infinite or NaN, sorted by slot.
     pub non_finite: Vec<BodyId>,
 }
 
-/// Measures everything. `h` is the last substep [s], 0 before the first; `substeps` how many a step has.
+/// Measures everything. `h` is the last substep [s], 0 before the first; `substeps` is the number
+/// of substeps in a step.
 pub(crate) fn audit(tables: &Tables, books: Option<&Books>, h: f32, substeps: u32) -> Audit {
     let contacts = ContactAudit::of(tables, h, substeps);
     let joints = joint_errors(tables);
@@ -106,7 +108,7 @@ pub(crate) fn audit(tables: &Tables, books: Option<&Books>, h: f32, substeps: u3
     }
 }
 
-/// The constraint that is farthest from what it asks.
+/// Returns the constraint with the largest error.
 pub(crate) fn worst_constraint(tables: &Tables) -> Option<WorstConstraint> {
     worst(&ContactAudit::of(tables, 0.0, 0), &joint_errors(tables))
 }

@@ -1,4 +1,4 @@
-//! Shapes that move, and turn on their way: the closest shape that they meet, any, all, and many casts at once.
+//! Shape casts with translation and rotation: the closest hit, any hit, all hits, and batches.
 
 use super::filter::{Inside, QueryFilter};
 use super::{Query, convex, placed};
@@ -15,25 +15,26 @@ use crate::geometry::solid::Solid;
 use crate::state::check::all_within;
 use crate::state::def::DefError;
 
-/// Where a moving shape met another one.
+/// A hit of a moving shape on another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeHit {
-    /// The shape that was met.
+    /// The shape that was hit.
     pub shape: ShapeId,
     /// Its body.
     pub body: BodyId,
-    /// Part of the way, 0 to 1; 0 where they overlapped at the start.
+    /// Fraction of the motion, 0 to 1; 0 for an overlap at the start.
     pub fraction: f32,
-    /// Where they touch [m, world]; of an overlap the middle of its deepest place.
+    /// Contact point [m, world]; for an overlap, the middle of its deepest place.
     pub point: Vec3,
-    /// Outward normal of the surface that was met [world].
+    /// Outward unit normal of the surface that was hit [world].
     pub normal: Vec3,
-    /// They overlapped at the start: see [`Inside`](crate::query::Inside).
+    /// Whether the shapes overlapped at the start: see [`Inside`](crate::query::Inside).
     pub inside: bool,
 }
 
-/// How a shape moves in a cast: evenly, by `delta`, while it turns by `turn`. A vector alone is a motion that does not turn.
+/// Motion of a shape in a cast: it translates evenly by `delta` while it turns by `turn`. A vector
+/// alone converts to a motion without rotation.
 ///
 /// ```
 /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
@@ -55,27 +56,28 @@ pub struct ShapeHit {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// How far the origin of the shape moves [m, world]; components up to 1e9 m.
+    /// Displacement of the shape's origin [m, world]; components up to 1e9 m.
     pub delta: Vec3,
-    /// How far the shape turns about its origin, as a rotation vector [rad, world]; components up to 100 rad.
+    /// Rotation of the shape about its origin, as a rotation vector [rad, world]; components up to
+    /// 100 rad.
     pub turn: Vec3,
 }
 
 impl Motion {
-    /// A motion by `delta` [m, world] that does not turn.
+    /// A motion by `delta` [m, world] without rotation.
     #[must_use]
     pub fn by(delta: impl Into<Vec3>) -> Self {
         Self { delta: delta.into(), turn: Vec3::ZERO }
     }
 
-    /// The motion from one pose to another [m, world], by the shorter turn.
+    /// The motion from one pose to another [m, world], with the shorter rotation.
     #[must_use]
     pub fn between(from: Pose, to: Pose) -> Self {
         let turn = (to.rotation * from.rotation.conjugate()).to_rotation_vector();
         Self { delta: to.position - from.position, turn }
     }
 
-    /// The same with this turn about the shape's origin, as a rotation vector [rad, world].
+    /// This motion with `turn` as its rotation vector about the shape's origin [rad, world].
     #[must_use]
     pub fn with_turn(self, turn: impl Into<Vec3>) -> Self {
         Self { turn: turn.into(), ..self }
@@ -93,12 +95,12 @@ impl<V: Into<Vec3>> From<V> for Motion {
     }
 }
 
-/// A cast of a batch: where the shape starts, and how it moves.
+/// A cast of a batch: the start pose and the motion of the shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShapeQuery {
-    /// Where it starts [m, world].
+    /// Start pose of the shape [m, world].
     pub pose: Pose,
-    /// How it moves.
+    /// Motion of the shape.
     pub motion: Motion,
 }
 
@@ -110,7 +112,7 @@ impl ShapeQuery {
     }
 }
 
-/// A cast of a convex shape, if all of it is valid.
+/// Checks the shape, the pose and the motion of a cast.
 fn checked(
     shape: &Shape,
     pose: Pose,
@@ -121,15 +123,17 @@ fn checked(
     Ok((solid, ShapeQuery { pose, motion }))
 }
 
-/// Fewer casts than this are not worth another thread.
+/// Minimum number of casts for one more thread: fewer are not worth it.
 const LEAST_CASTS: usize = 4;
 
 impl Query<'_> {
-    /// The first shape that a convex shape meets which starts at `pose` [m, world] and moves by `motion`, of those that the filter
-    /// sees. Of several at one place that of the lowest slot. Sensors are seen only if the filter asks for them.
+    /// Returns the first shape that a convex shape hits when it starts at `pose` [m, world] and
+    /// moves by `motion`, of those that the filter sees. Of several at the same fraction, the one
+    /// in the lowest slot wins. The query sees sensors only if the filter includes them.
     ///
-    /// A shape that it overlaps at the start is met there, at fraction 0, unless [`QueryFilter::inside`] says otherwise. A shape that it
-    /// only touches is not met where it moves away from the surface, or along it.
+    /// A shape that overlaps it at the start is hit there, at fraction 0, unless
+    /// [`QueryFilter::inside`] says otherwise. A surface that it only touches is not hit where the
+    /// shape moves away or along it.
     ///
     /// # Errors
     /// The shape, the pose or `motion` is invalid, or the shape is a mesh or a half-space.
@@ -144,7 +148,8 @@ impl Query<'_> {
         Ok(self.closest_meeting(&solid, &cast, &filter.into()))
     }
 
-    /// Whether a shape that moves as in [`Self::cast_shape`] meets anything: the first that is found answers it.
+    /// Returns whether a shape that moves as in [`Self::cast_shape`] hits anything; stops at the
+    /// first hit found.
     ///
     /// # Errors
     /// The errors of [`Self::cast_shape`].
@@ -164,11 +169,11 @@ impl Query<'_> {
         Ok(any)
     }
 
-    /// All shapes that a shape that moves as in [`Self::cast_shape`] meets on its whole way, each where it is met first. `hits` is
-    /// emptied before; the hits in it are in the order of their fractions, then of their slots.
+    /// Collects all shapes that a shape hits while it moves as in [`Self::cast_shape`], each at its
+    /// first hit. `hits` is cleared first; the hits are sorted by fraction, then by slot.
     ///
     /// # Errors
-    /// The errors of [`Self::cast_shape`]; then `hits` is as it was.
+    /// The errors of [`Self::cast_shape`]; `hits` is then unchanged.
     pub fn cast_shape_all<'f>(
         &self,
         shape: &Shape,
@@ -189,8 +194,9 @@ impl Query<'_> {
         Ok(())
     }
 
-    /// [`Self::cast_shape`] of one shape for each cast of a batch, by the threads of the world's executor. `hits` is emptied before;
-    /// hit `k` is that of cast `k`. The hits are the same for any number of threads.
+    /// Runs [`Self::cast_shape`] of one shape for each cast of a batch, on the threads of the
+    /// world's executor. `hits` is cleared first; hit `k` belongs to cast `k`. The hits are the
+    /// same for any number of threads.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
@@ -210,7 +216,8 @@ impl Query<'_> {
     /// ```
     ///
     /// # Errors
-    /// The shape, a pose or a motion is invalid, or the shape is a mesh or a half-space; then `hits` is as it was.
+    /// The shape, a pose or a motion is invalid, or the shape is a mesh or a half-space; `hits` is
+    /// then unchanged.
     pub fn cast_shapes<'f>(
         &self,
         shape: &Shape,
@@ -244,7 +251,7 @@ impl Query<'_> {
     ) -> Option<ShapeHit> {
         let mut best: Option<(u32, Meeting)> = None;
         self.each_meeting(solid, cast, filter, |row, met| {
-            // Of several at one place the lowest row is taken, whatever the tree's order.
+            // At equal fractions the lowest row wins, whatever the tree's order.
             if best.is_none_or(|(r, m)| (met.fraction, row) < (m.fraction, r)) {
                 best = Some((row, *met));
             }
@@ -253,8 +260,8 @@ impl Query<'_> {
         best.map(|(row, met)| self.shape_hit(row, &met))
     }
 
-    /// Calls `visit` with the first meeting with each shape within the limit, in the frame of that shape. `visit` answers the new
-    /// limit as a part of the way; negative: stop.
+    /// Calls `visit` with the first hit on each shape within the limit, in the frame of that shape.
+    /// `visit` returns the new limit as a fraction of the motion; a negative limit stops the query.
     fn each_meeting(
         &self,
         solid: &Solid,

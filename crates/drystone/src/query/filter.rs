@@ -1,4 +1,4 @@
-//! Which shapes a query sees.
+//! Filters: the shapes that a query sees.
 
 use core::fmt;
 use core::ops::BitOr;
@@ -68,22 +68,27 @@ impl BitOr for BodyKinds {
 
 /// How rays and shape casts treat a shape in which they start.
 ///
-/// A start within some roundings of the surface counts as outside: a cast that goes in hits at fraction 0, and one that leaves
-/// does not hit. A mesh has no inside; a cast shape that cuts its triangles overlaps it.
+/// A start within a few roundings of the surface counts as outside: a cast that enters hits at
+/// fraction 0, and one that leaves does not hit. A mesh has no inside; a cast shape that intersects
+/// its triangles overlaps it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Inside {
-    /// Shapes are solid: the cast hits at once, at fraction 0. The default, for nothing that is in the way is missed then.
+    /// Shapes are solid: the cast hits at once, at fraction 0. This is the default, since it misses
+    /// nothing in the cast's path.
     #[default]
     Solid,
-    /// Shapes are hollow: a ray hits the far side of the surface from within. A shape cast takes it as [`Self::Ignore`].
+    /// Shapes are hollow: a ray hits the far side of the surface from within. A shape cast treats
+    /// this as [`Self::Ignore`].
     Hollow,
     /// The cast does not see the shape: a bullet leaves the barrel in which it starts.
     Ignore,
 }
 
-/// Which shapes a query sees. All queries of [`Query`](crate::query::Query) take one, or a [`Filter`] alone.
+/// Selects the shapes that a query sees. All queries of [`Query`](crate::query::Query) take one, or
+/// a [`Filter`] alone.
 ///
-/// The default sees the shapes of all layers on bodies of all kinds, but no sensors: these are seen only where a query asks for them.
+/// The default sees the shapes of all layers on bodies of all kinds, but no sensors. A query sees
+/// sensors only where it includes them.
 ///
 /// ```
 /// use drystone::{BodyDef, DefError, ShapeDef, ShapeRef, World};
@@ -107,56 +112,60 @@ pub enum Inside {
 /// ```
 #[derive(Clone, Copy, Default)]
 pub struct QueryFilter<'a> {
-    /// The query sees the shapes that collide with this filter. Both sides count: a shape whose mask lacks the layers given here is
-    /// not seen. `None`, the default: shapes of all layers are seen.
+    /// The query sees the shapes that collide with this filter. Both sides count: a shape whose
+    /// mask lacks the layers given here is not seen. `None`, the default, sees shapes of all
+    /// layers.
     pub filter: Option<Filter>,
-    /// Kinds of bodies whose shapes are seen; default all.
+    /// Kinds of bodies whose shapes the query sees; all by default.
     pub kinds: BodyKinds,
-    /// Whether sensors are seen; default no. Solid shapes are seen in either case.
+    /// Whether the query sees sensors; false by default. It sees solid shapes in either case.
     pub sensors: bool,
-    /// Bodies whose shapes are not seen; default none. Each candidate is compared with all of them.
+    /// Bodies whose shapes the query does not see; none by default. Each candidate is compared with
+    /// all of them.
     pub exclude: &'a [BodyId],
-    /// Shapes that are not seen; default none. Each candidate is compared with all of them.
+    /// Shapes that the query does not see; none by default. Each candidate is compared with all of
+    /// them.
     pub exclude_shapes: &'a [ShapeId],
-    /// Sees a shape only where this answers true; default none. It is called last, for shapes near the query, in no promised order,
-    /// and by several threads at once in a batch. It must answer the same for the same shape.
+    /// The query sees a shape only if this returns true; none by default. It is called last, for
+    /// shapes near the query, in unspecified order, and by several threads at once in a batch. It
+    /// must return the same value for the same shape.
     pub predicate: Option<&'a (dyn Fn(ShapeRef<'_>) -> bool + Sync)>,
     /// How rays and shape casts treat a shape in which they start; default [`Inside::Solid`].
     pub inside: Inside,
 }
 
 impl<'a> QueryFilter<'a> {
-    /// The same, seeing only shapes that collide with this filter.
+    /// This filter, limited to shapes that collide with `filter`.
     #[must_use]
     pub const fn with_filter(self, filter: Filter) -> Self {
         Self { filter: Some(filter), ..self }
     }
 
-    /// The same, seeing only bodies of these kinds.
+    /// This filter, limited to bodies of these kinds.
     #[must_use]
     pub fn with_kinds(self, kinds: impl Into<BodyKinds>) -> Self {
         Self { kinds: kinds.into(), ..self }
     }
 
-    /// The same, seeing sensors too.
+    /// This filter, with sensors included.
     #[must_use]
     pub const fn with_sensors(self) -> Self {
         Self { sensors: true, ..self }
     }
 
-    /// The same without these bodies, in place of those that were excluded before.
+    /// This filter with these bodies excluded; replaces the bodies excluded before.
     #[must_use]
     pub const fn without(self, exclude: &'a [BodyId]) -> Self {
         Self { exclude, ..self }
     }
 
-    /// The same without these shapes, in place of those that were excluded before.
+    /// This filter with these shapes excluded; replaces the shapes excluded before.
     #[must_use]
     pub const fn without_shapes(self, exclude_shapes: &'a [ShapeId]) -> Self {
         Self { exclude_shapes, ..self }
     }
 
-    /// The same, seeing only shapes for which `predicate` answers true.
+    /// This filter, limited to shapes for which `predicate` returns true.
     #[must_use]
     pub const fn with_predicate(
         self,
@@ -165,13 +174,13 @@ impl<'a> QueryFilter<'a> {
         Self { predicate: Some(predicate), ..self }
     }
 
-    /// The same with another treatment of shapes in which a ray or cast starts.
+    /// This filter with another treatment of shapes in which a ray or cast starts.
     #[must_use]
     pub const fn with_inside(self, inside: Inside) -> Self {
         Self { inside, ..self }
     }
 
-    /// Whether a shape is seen. Cheap tests come first.
+    /// Returns whether the filter sees a shape. Cheap tests come first.
     pub(super) fn sees(&self, tables: &Tables, row: u32) -> bool {
         let shape = tables.shapes.at(row);
         (self.sensors || !shape.sensor)

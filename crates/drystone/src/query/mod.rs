@@ -1,5 +1,5 @@
-//! Questions to a world, and to shapes without one: rays, moving shapes, what is near, what overlaps.
-//! The manual: [queries](crate::manual::queries).
+//! Queries of a world, and of shapes without one: rays, shape casts, nearest shapes, overlaps. The
+//! manual: [queries](crate::manual::queries).
 // Sibling of step: it never writes.
 
 pub(crate) mod audit;
@@ -38,16 +38,18 @@ use crate::state::def::{DefError, position, unit};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
 
-/// Places and ways are known to this part of their coordinates: two roundings of f32 of each of two bodies.
+/// Relative rounding error of positions and displacements: two f32 roundings for each of two
+/// bodies.
 const ROUNDING: f32 = 2.4e-7;
 
-/// Rows of candidates, few of which need no memory from the heap.
+/// Rows of candidates; short lists need no heap memory.
 type Rows = SmallVec<[u32; 32]>;
 
-/// Questions to a world as it is now: rays, shape casts, what is near, what overlaps.
+/// Queries of the world in its current state: rays, shape casts, nearest shapes, overlaps.
 ///
-/// Each takes a [`QueryFilter`], or a [`Filter`](crate::Filter) alone. Sensors are seen only where the filter asks for them. Disabled
-/// bodies and shapes, and bodies that were put aside, are never seen. The manual: [queries](crate::manual::queries).
+/// Each takes a [`QueryFilter`], or a [`Filter`](crate::Filter) alone. Sensors are seen only where
+/// the filter includes them. Queries never see disabled shapes, shapes of disabled bodies, or
+/// bodies out of the simulation. The manual: [queries](crate::manual::queries).
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'w> {
     tables: &'w Tables,
@@ -68,7 +70,8 @@ impl<'w> Query<'w> {
         self.tables.bodies.at(shape.body).pose().compose(&shape.local)
     }
 
-    /// Calls `visit` with each shape that the filter sees whose box in the trees overlaps `bounds`, until it answers false.
+    /// Calls `visit` with each shape that the filter sees and whose bounding box in the trees
+    /// overlaps `bounds`, until `visit` returns false.
     fn each_near(
         &self,
         bounds: &Aabb,
@@ -86,7 +89,7 @@ impl<'w> Query<'w> {
         }
     }
 
-    /// The same shapes, in the order of their rows.
+    /// Returns the shapes of [`Self::each_near`], sorted by row.
     fn candidates(&self, bounds: &Aabb, filter: &QueryFilter<'_>) -> Rows {
         let mut found = Rows::new();
         self.each_near(bounds, filter, |row| {
@@ -97,9 +100,11 @@ impl<'w> Query<'w> {
         found
     }
 
-    /// The surfaces that a shape touches where it starts and along which it goes, and its way along all of them.
+    /// Finds the surfaces that a shape touches at its start and slides along, and returns the
+    /// displacement along all of them.
     ///
-    /// The shape stays above them on its way. So it meets only what stands out, not what is flush: the next tile, the next triangle.
+    /// The cast keeps the shape above these surfaces. It therefore hits only what stands out of
+    /// them, not what is flush with them, such as the next tile or triangle.
     fn sliding(
         &self,
         solid: &Solid,
@@ -125,14 +130,15 @@ impl<'w> Query<'w> {
             off += *normal * greater(1.0 - normal.dot(off), 0.0);
             way += *normal * greater(-normal.dot(way), 0.0);
         }
-        // Between two that look at each other there is no room to be off both.
+        // Two surfaces that face each other leave no room to be above both.
         if normals.iter().any(|normal| normal.dot(off) < 0.5) {
             return (Sliding::default(), delta);
         }
         (Sliding { off, least: 2.0 * slack }, way)
     }
 
-    /// Lends the threads of the world's executor. A panic of the executor goes on when the work is done.
+    /// Runs `work` with the threads of the world's executor. A panic of the executor resumes after
+    /// the work is done.
     fn with_jobs(&self, work: impl FnOnce(&Jobs<'_>)) {
         let mut claims = Claims::default();
         work(&Checked::new(self.executor, &claims).jobs());
@@ -142,7 +148,7 @@ impl<'w> Query<'w> {
     }
 }
 
-/// A convex shape at a place, both checked.
+/// Checks a convex shape and its pose, and returns the solid.
 fn convex(shape: &Shape, pose: &Pose) -> Result<Solid, DefError> {
     placed("pose", shape, pose)?;
     if matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }) {

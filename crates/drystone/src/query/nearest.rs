@@ -21,19 +21,21 @@ pub struct NearestShape {
     pub shape: ShapeId,
     /// Its body.
     pub body: BodyId,
-    /// How far apart they are [m]; below 0: they overlap by so much along the normal.
+    /// Distance of the two shapes [m]; below 0: the depth of their overlap along the normal.
     pub distance: f32,
-    /// The closest point of the shape that was found [m, world]; of an overlap the deepest.
+    /// Closest point of the found shape [m, world]; in an overlap, its deepest point.
     pub point: Vec3,
-    /// The closest point of the shape that was asked about [m, world]; of an overlap the deepest.
+    /// Closest point of the query's shape [m, world]; in an overlap, its deepest point.
     pub own_point: Vec3,
-    /// Outward normal of the shape that was found, from `point` to `own_point` where they are apart [world].
+    /// Outward normal of the found shape [world]; points from `point` to `own_point` where the
+    /// shapes are apart.
     pub normal: Vec3,
 }
 
 impl Query<'_> {
-    /// The shape nearest to a convex shape at `pose` [m, world], no farther away than `reach` [m], of those that the filter sees. Of
-    /// several that overlap it the one that does so most. Sensors are seen only if the filter asks for them.
+    /// Returns the shape nearest to a convex shape at `pose` [m, world], of those that the filter
+    /// sees and that are no farther away than `reach` [m]. Of several that overlap it, the deepest
+    /// overlap wins. The query sees sensors only if the filter includes them.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
@@ -50,7 +52,8 @@ impl Query<'_> {
     /// ```
     ///
     /// # Errors
-    /// The shape or the pose is invalid, the shape is a mesh or a half-space, or `reach` is not from 0 to 1e9 m.
+    /// The shape or the pose is invalid, the shape is a mesh or a half-space, or `reach` is not
+    /// from 0 to 1e9 m.
     pub fn nearest_shape<'f>(
         &self,
         shape: &Shape,
@@ -61,8 +64,10 @@ impl Query<'_> {
         let (solid, filter) = (convex(shape, &pose)?, filter.into());
         valid_reach(reach)?;
         let around = solid.aabb(&pose);
-        // Wider and wider: what is near is found among few. Far from the origin the box of a small shape has no size,
-        // so the first look is no smaller than the least shape: 24 rounds are the most there are.
+        // The search widens step by step, so that a near shape is found among few candidates. Far
+        // from the origin the bounding box of a small shape rounds to size 0. The first search
+        // distance is therefore at least the minimum length of a shape, which limits the loop to 24
+        // rounds.
         let size = around.half_extents().max_element();
         let mut look = reach.min(greater(size, limits::LENGTH.least));
         let best = loop {
@@ -75,11 +80,12 @@ impl Query<'_> {
         Ok(best.map(|(row, near)| self.named(row, &near)))
     }
 
-    /// All shapes no farther than `reach` [m] from a convex shape at `pose` [m, world] that the filter sees, each with its closest
-    /// points. `shapes` is emptied before; they are in the order of their distances, then of their slots.
+    /// Collects all shapes no farther than `reach` [m] from a convex shape at `pose` [m, world]
+    /// that the filter sees, each with its closest points. `shapes` is cleared first; the result is
+    /// sorted by distance, then by slot.
     ///
     /// # Errors
-    /// The errors of [`Self::nearest_shape`]; then `shapes` is as it was.
+    /// The errors of [`Self::nearest_shape`]; `shapes` is then unchanged.
     pub fn nearest_all<'f>(
         &self,
         shape: &Shape,

@@ -1,4 +1,4 @@
-//! Overlaps: which shapes a box, a shape or a point meets where it is.
+//! Overlaps: the shapes that a bounding box, a shape or a point overlaps.
 
 use super::filter::QueryFilter;
 use super::{Query, convex};
@@ -12,12 +12,14 @@ use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 use crate::state::def::DefError;
 
-/// A point is looked up as a ball of this radius [m], the least that there is, times the world's length if that is more: so a point on a mesh is found in spite of its rounding.
+/// Radius [m] of the ball that stands for a point: the minimum length of a shape, times the world's
+/// length scale if that is above 1. The radius makes a point on a mesh overlap it despite rounding.
 const POINT: f32 = 1.0e-5;
 
 impl Query<'_> {
-    /// Shapes whose bounding box overlaps this box [m, world], in the order of their slots; cheap, and true of some shapes that the
-    /// box itself does not meet. Sensors are seen only if the filter asks for them. The box may be without end.
+    /// Returns the shapes whose bounding box overlaps this box [m, world], sorted by slot. This is
+    /// cheap, and includes some shapes that the box itself does not overlap. The query sees sensors
+    /// only if the filter includes them. The box may be infinite.
     ///
     /// # Errors
     /// A number is NaN.
@@ -31,10 +33,10 @@ impl Query<'_> {
         Ok(shapes)
     }
 
-    /// [`Self::overlap_bounds`] into a list that is emptied before.
+    /// [`Self::overlap_bounds`] into a list, which is cleared first.
     ///
     /// # Errors
-    /// The errors of [`Self::overlap_bounds`]; then the list is as it was.
+    /// The errors of [`Self::overlap_bounds`]; the list is then unchanged.
     pub fn overlap_bounds_into<'f>(
         &self,
         bounds: Aabb,
@@ -53,8 +55,8 @@ impl Query<'_> {
         Ok(())
     }
 
-    /// Shapes that overlap a convex shape at `pose` [m, world], in the order of their slots. Sensors are seen only if the filter asks
-    /// for them.
+    /// Returns the shapes that overlap a convex shape at `pose` [m, world], sorted by slot. The
+    /// query sees sensors only if the filter includes them.
     ///
     /// # Errors
     /// The shape or the pose is invalid, or the shape is a mesh or a half-space.
@@ -69,7 +71,7 @@ impl Query<'_> {
         Ok(shapes)
     }
 
-    /// [`Self::overlap_shape`] into a list that is emptied before.
+    /// [`Self::overlap_shape`] into a list, which is cleared first.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
@@ -90,7 +92,7 @@ impl Query<'_> {
     /// ```
     ///
     /// # Errors
-    /// The errors of [`Self::overlap_shape`]; then the list is as it was.
+    /// The errors of [`Self::overlap_shape`]; the list is then unchanged.
     pub fn overlap_shape_into<'f>(
         &self,
         shape: &Shape,
@@ -106,7 +108,8 @@ impl Query<'_> {
         Ok(())
     }
 
-    /// Whether a convex shape at `pose` [m, world] overlaps a shape that the filter sees: the first that is found answers it.
+    /// Returns whether a convex shape at `pose` [m, world] overlaps a shape that the filter sees;
+    /// stops at the first overlap found.
     ///
     /// # Errors
     /// The errors of [`Self::overlap_shape`].
@@ -125,8 +128,9 @@ impl Query<'_> {
         Ok(any)
     }
 
-    /// Shapes that hold a point [m, world], within 1e-5 m, in the order of their slots. A mesh holds the points of its triangles.
-    /// Sensors are seen only if the filter asks for them.
+    /// Returns the shapes that contain a point [m, world], within 1e-5 m, sorted by slot. A mesh
+    /// contains the points of its triangles. The query sees sensors only if the filter includes
+    /// them.
     ///
     /// # Errors
     /// A number is not finite, or beyond 1e7 m.
@@ -138,10 +142,10 @@ impl Query<'_> {
         self.overlap_shape(&self.point(), Pose::at(point), filter)
     }
 
-    /// [`Self::overlap_point`] into a list that is emptied before.
+    /// [`Self::overlap_point`] into a list, which is cleared first.
     ///
     /// # Errors
-    /// The errors of [`Self::overlap_point`]; then the list is as it was.
+    /// The errors of [`Self::overlap_point`]; the list is then unchanged.
     pub fn overlap_point_into<'f>(
         &self,
         point: impl Into<Vec3>,
@@ -151,12 +155,12 @@ impl Query<'_> {
         self.overlap_shape_into(&self.point(), Pose::at(point), filter, shapes)
     }
 
-    /// A ball for a point.
+    /// The ball that stands for a point.
     fn point(&self) -> Shape {
         Shape::sphere(POINT * self.tables.config.length_scale.max(1.0))
     }
 
-    /// The shapes near `bounds` for which `is_met` holds.
+    /// Collects the shapes near `bounds` for which `is_met` returns true, sorted by slot.
     fn collect(
         &self,
         bounds: &Aabb,

@@ -1,4 +1,4 @@
-//! Two shapes without a world: how far apart, how deep in each other, when they meet, where they touch.
+//! Two shapes without a world: distance, overlap depth, casts and contacts.
 
 use super::cast::Motion;
 use super::filter::Inside;
@@ -21,31 +21,31 @@ use crate::state::def::DefError;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ClosestPoints {
-    /// How far apart the shapes are [m]; below 0: they overlap by so much along the normal.
+    /// Distance of the shapes [m]; below 0: the depth of their overlap along the normal.
     pub distance: f32,
-    /// The point of A [m, in the frame of both poses]; of an overlap its deepest.
+    /// Closest point of A [m, in the frame of both poses]; in an overlap, its deepest point.
     pub point_a: Vec3,
-    /// The point of B [m, in the frame of both poses].
+    /// Closest point of B [m, in the frame of both poses]; in an overlap, its deepest point.
     pub point_b: Vec3,
-    /// Unit, from A to B.
+    /// Unit normal, from A to B.
     pub normal: Vec3,
 }
 
-/// Where a ray or a moving shape meets a shape.
+/// A hit of a ray or a moving shape on a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CastHit {
-    /// Part of the way, 0 to 1.
+    /// Fraction of the motion, 0 to 1.
     pub fraction: f32,
-    /// Where [m, in the frame of the poses].
+    /// Point of the hit [m, in the frame of the poses].
     pub point: Vec3,
-    /// Outward unit normal of the surface that was met.
+    /// Outward unit normal of the surface that was hit.
     pub normal: Vec3,
-    /// The cast starts in the shape.
+    /// Whether the cast starts in the shape.
     pub inside: bool,
 }
 
-/// Points of two shapes, A and B, that share a normal.
+/// Contact points of two shapes, A and B, that share a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeContact {
     manifold: Manifold,
@@ -55,20 +55,20 @@ pub struct ShapeContact {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeContactPoint {
-    /// Half way between the two surfaces [m, in the frame of both poses].
+    /// Midpoint between the two surfaces [m, in the frame of both poses].
     pub position: Vec3,
     /// Distance of the surfaces along the normal [m]; negative: overlap.
     pub separation: f32,
 }
 
 impl ShapeContact {
-    /// Unit, from A to B.
+    /// Unit normal, from A to B.
     #[must_use]
     pub const fn normal(&self) -> Vec3 {
         self.manifold.normal
     }
 
-    /// The points, 1 to 4.
+    /// The contact points, 1 to 4.
     pub fn points(&self) -> impl Iterator<Item = ShapeContactPoint> {
         let point = |p: &crate::geometry::manifold::ManifoldPoint| ShapeContactPoint {
             position: p.position,
@@ -78,13 +78,13 @@ impl ShapeContact {
     }
 }
 
-/// Two checked shapes, of which the second is convex.
+/// Two valid shapes; `b` is convex.
 struct Pair {
     a: Solid,
     b: Solid,
     at: Pose,
     b_in_a: Pose,
-    /// They were given in the other order.
+    /// Whether the caller gave the shapes in the other order.
     flipped: bool,
 }
 
@@ -117,7 +117,7 @@ impl Pair {
         })
     }
 
-    /// The manifolds with points no farther apart than `margin` [m].
+    /// Computes the manifolds with points no farther apart than `margin` [m].
     fn contacts(&self, margin: f32) -> Vec<ShapeContact> {
         let mut made = [Manifold::default(); MAX_PARTS];
         let level = SimdLevel::best().0;
@@ -132,7 +132,7 @@ impl Pair {
         with_points.map(|manifold| ShapeContact { manifold: self.shown(manifold) }).collect()
     }
 
-    /// A manifold in the frame of the poses, in the order of the shapes.
+    /// Converts a manifold to the frame of the poses and to the caller's order of shapes.
     fn shown(&self, mut manifold: Manifold) -> Manifold {
         let normal = self.at.direction(manifold.normal);
         manifold.normal = if self.flipped { -normal } else { normal };
@@ -143,15 +143,16 @@ impl Pair {
     }
 }
 
-/// An error of the second shape of two.
+/// Adds `other` to the field name of an error of the second shape.
 fn named_other(e: DefError, other: &Shape) -> DefError {
     if e.field().starts_with("other") || other.validate().is_ok() { e } else { e.within("other") }
 }
 
-/// Shapes against shapes, without a world. Poses are given in one frame, and results are in it. Pairs of which one is convex are
-/// computed; a mesh or a half-space against a mesh or a half-space is refused.
+/// Pairs of shapes, without a world. Poses and results share one frame. At least one shape of a
+/// pair must be convex: two meshes, two half-spaces, or a mesh and a half-space are refused.
 impl Shape {
-    /// The closest points of this shape at `pose` and of `other` at `other_pose`, unless they are farther apart than `reach` [m].
+    /// Returns the closest points of this shape at `pose` and of `other` at `other_pose`, unless
+    /// they are farther apart than `reach` [m].
     ///
     /// ```
     /// use drystone::{DefError, Pose, Shape};
@@ -165,7 +166,8 @@ impl Shape {
     /// ```
     ///
     /// # Errors
-    /// A shape or a pose is invalid, none of the shapes is convex, or `reach` is not from 0 to 1e9 m.
+    /// A shape or a pose is invalid, none of the shapes is convex, or `reach` is not from 0 to 1e9
+    /// m.
     pub fn closest_points(
         &self,
         pose: Pose,
@@ -178,17 +180,19 @@ impl Shape {
         Ok(pair.closest(reach))
     }
 
-    /// How far this shape at `pose` is from `other` at `other_pose` [m]; below 0: how deep they overlap.
+    /// Returns the distance of this shape at `pose` from `other` at `other_pose` [m]; below 0: the
+    /// depth of their overlap.
     ///
     /// # Errors
     /// A shape or a pose is invalid, or none of the shapes is convex.
     pub fn distance(&self, pose: Pose, other: &Self, other_pose: Pose) -> Result<f32, DefError> {
         let found = Pair::new(self, &pose, other, &other_pose)?.closest(limits::WAY.most);
-        // Positions are bounded: nothing that is valid is farther apart than the greatest way.
+        // Positions are bounded, so no valid shapes are farther apart than the maximum
+        // displacement.
         Ok(found.map_or(limits::WAY.most, |near| near.distance))
     }
 
-    /// Whether this shape at `pose` overlaps `other` at `other_pose`, or touches it.
+    /// Returns whether this shape at `pose` overlaps or touches `other` at `other_pose`.
     ///
     /// # Errors
     /// A shape or a pose is invalid, or none of the shapes is convex.
@@ -196,8 +200,9 @@ impl Shape {
         Ok(!Pair::new(self, &pose, other, &other_pose)?.contacts(0.0).is_empty())
     }
 
-    /// Where this shape at `pose` touches `other` at `other_pose`: points whose surfaces are no farther apart than `margin` [m], one
-    /// [`ShapeContact`] for each normal. Two convex shapes, or one and a half-space, have at most one; a mesh has up to four.
+    /// Returns the contacts of this shape at `pose` with `other` at `other_pose`: points whose
+    /// surfaces are no farther apart than `margin` [m], one [`ShapeContact`] for each normal. Two
+    /// convex shapes, or one and a half-space, have at most one; a mesh has up to four.
     ///
     /// ```
     /// use drystone::{DefError, Pose, Shape};
@@ -214,7 +219,8 @@ impl Shape {
     /// ```
     ///
     /// # Errors
-    /// A shape or a pose is invalid, none of the shapes is convex, or `margin` is not from 0 to 1000 m.
+    /// A shape or a pose is invalid, none of the shapes is convex, or `margin` is not from 0 to
+    /// 1000 m.
     pub fn contacts(
         &self,
         pose: Pose,
@@ -227,8 +233,9 @@ impl Shape {
         Ok(pair.contacts(margin))
     }
 
-    /// Where this convex shape, which starts at `pose` and moves by `motion`, first meets `other` at `other_pose`. An overlap at
-    /// the start is met there, at fraction 0. A surface that it only touches is not met where it moves away or along.
+    /// Returns the first hit of this convex shape, which starts at `pose` and moves by `motion`, on
+    /// `other` at `other_pose`. An overlap at the start is a hit at fraction 0. A surface that the
+    /// shape only touches is not hit where the shape moves away or along it.
     ///
     /// ```
     /// use drystone::{DefError, Pose, Shape};
@@ -269,8 +276,8 @@ impl Shape {
         }))
     }
 
-    /// Where the segment from `origin` to `origin + delta` [m] first meets this shape at `pose`; `inside` says how a start in the shape
-    /// is treated.
+    /// Returns the first hit of the segment from `origin` to `origin + delta` [m] on this shape at
+    /// `pose`; `inside` says how a start in the shape is treated.
     ///
     /// ```
     /// use drystone::{DefError, Pose, Shape};

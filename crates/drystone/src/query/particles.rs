@@ -1,4 +1,4 @@
-//! What is told of particles: energy, overlaps.
+//! Queries of particles: link kinds, energy, overlaps.
 
 use crate::base::aabb::Aabb;
 use crate::base::double::DVec3;
@@ -8,7 +8,7 @@ use crate::state::particle_def::{LinkKind, LinkSpring};
 use crate::state::particles::{LaneKind, Link, LinkBlock, Particles};
 use crate::state::tables::Tables;
 
-/// What a lane's link does.
+/// Returns the kind of the link in a lane.
 pub(crate) fn link_kind(block: &LinkBlock, lane: usize) -> LinkKind {
     let (stiffness, damping) = (block.stiffness[lane], block.damping[lane]);
     match block.kinds[lane] {
@@ -22,7 +22,7 @@ pub(crate) fn link_kind(block: &LinkBlock, lane: usize) -> LinkKind {
     }
 }
 
-/// ½ k x² of a link that is a spring [J].
+/// ½ k x² of a link that is a spring [J]; 0 for other links.
 pub(crate) fn link_energy(particles: &Particles, link: &Link) -> f64 {
     let (block, lane) = particles.block_of(link);
     let (a, b) = (block.row_a[lane], block.row_b[lane]);
@@ -41,7 +41,8 @@ pub(crate) fn link_energy(particles: &Particles, link: &Link) -> f64 {
     0.5 * stiffness * stretch * stretch
 }
 
-/// Kinetic and potential energy of all particles, and of their springs [J]. Pinned ones have none.
+/// Kinetic and potential energy of all particles, and elastic energy of their springs [J]. Pinned
+/// particles count as 0.
 pub(crate) fn particle_sums(tables: &Tables) -> Energy {
     let (particles, mut sum) = (&tables.particles, Energy::default());
     let gravity = DVec3::from(tables.config.gravity);

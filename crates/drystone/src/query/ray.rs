@@ -1,4 +1,4 @@
-//! Rays: the closest shape, any, all, and many rays at once.
+//! Ray casts: the closest hit, any hit, all hits, and batches of rays.
 
 use core::ops::ControlFlow;
 
@@ -14,7 +14,7 @@ use crate::geometry::cast;
 use crate::geometry::solid::{Core, Solid};
 use crate::state::def::{DefError, all_within};
 
-/// Where a ray met a shape.
+/// A hit of a ray on a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RayHit {
@@ -22,23 +22,24 @@ pub struct RayHit {
     pub shape: ShapeId,
     /// Its body.
     pub body: BodyId,
-    /// Part of the ray's length, 0 to 1.
+    /// Fraction of the ray's length, 0 to 1.
     pub fraction: f32,
-    /// Where [m, world].
+    /// Point of the hit [m, world].
     pub point: Vec3,
-    /// Outward unit normal of the surface [world]; of a mesh that of the side from which the ray came. Where a ray starts in a
-    /// solid shape: the normal of the surface nearest to the start.
+    /// Outward unit normal of the surface [world]. On a mesh it faces the side that the ray came
+    /// from. Where a ray starts in a solid shape, it is the normal of the surface nearest to the
+    /// start.
     pub normal: Vec3,
-    /// The ray starts in the shape: see [`Inside`](crate::query::Inside).
+    /// Whether the ray starts in the shape: see [`Inside`](crate::query::Inside).
     pub inside: bool,
 }
 
 /// A ray of a batch: the segment from `origin` to `origin + delta`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayQuery {
-    /// Where it starts [m, world]; components up to 1e9 m.
+    /// Start of the ray [m, world]; components up to 1e9 m.
     pub origin: Vec3,
-    /// From its start to its end [m, world]; components up to 1e9 m.
+    /// Vector from the start to the end [m, world]; components up to 1e9 m.
     pub delta: Vec3,
 }
 
@@ -55,10 +56,10 @@ impl RayQuery {
     }
 }
 
-/// Fewer rays than this are not worth another thread.
+/// Minimum number of rays for one more thread: fewer are not worth it.
 const LEAST_RAYS: usize = 32;
 
-/// A hit of the shape in a row.
+/// A hit on the shape of a row.
 #[derive(Clone, Copy)]
 struct Found {
     row: u32,
@@ -67,19 +68,22 @@ struct Found {
 }
 
 impl Found {
-    /// Two hits at one place are in the order of their rows, whatever the order of the tree.
+    /// Orders hits at equal fractions by row, whatever the order of the tree.
     fn is_before(&self, other: &Self) -> bool {
         (self.hit.fraction, self.row) < (other.hit.fraction, other.row)
     }
 }
 
 impl Query<'_> {
-    /// The first shape on the segment from `origin` to `origin + delta` [m, world] that the filter sees. Of two at one place that
-    /// of the lower slot. Sensors are seen only if the filter asks for them.
+    /// Returns the first shape on the segment from `origin` to `origin + delta` [m, world] that the
+    /// filter sees. Of two at the same fraction, the one in the lower slot wins. The query sees
+    /// sensors only if the filter includes them.
     ///
-    /// A shape in which the ray starts is hit at fraction 0, unless [`QueryFilter::inside`] says otherwise. A half-space is hit
-    /// from above. A ray that starts on a surface and goes along it or away does not hit it. A mesh has no inside and is hit from both
-    /// sides: a ray from a point on a mesh may hit it there, where the point was rounded to the side from which the ray comes.
+    /// A shape in which the ray starts is hit at fraction 0, unless [`QueryFilter::inside`] says
+    /// otherwise. A half-space is hit from above. A ray that starts on a surface and moves along it
+    /// or away does not hit it. A mesh has no inside and is hit from both sides. A ray from a point
+    /// on a mesh may therefore hit it there, if rounding put the point on the side that the ray
+    /// comes from.
     ///
     /// # Errors
     /// A number is not finite, or beyond 1e9 m.
@@ -94,8 +98,9 @@ impl Query<'_> {
         Ok(self.closest_hit(&ray, &filter.into()))
     }
 
-    /// Whether the segment from `origin` to `origin + delta` [m, world] meets a shape that the filter sees. This is cheaper than
-    /// [`Self::cast_ray`]: the first hit that is found answers it.
+    /// Returns whether the segment from `origin` to `origin + delta` [m, world] hits a shape that
+    /// the filter sees. This is cheaper than [`Self::cast_ray`], since it stops at the first hit
+    /// found.
     ///
     /// # Errors
     /// The errors of [`Self::cast_ray`].
@@ -115,11 +120,12 @@ impl Query<'_> {
         Ok(any)
     }
 
-    /// All shapes that the segment from `origin` to `origin + delta` [m, world] meets, each once, where it is met first. `hits` is
-    /// emptied before; the hits in it are in the order of their fractions, then of their slots.
+    /// Collects all shapes that the segment from `origin` to `origin + delta` [m, world] hits, each
+    /// once, at its first hit. `hits` is cleared first; the hits are sorted by fraction, then by
+    /// slot.
     ///
     /// # Errors
-    /// The errors of [`Self::cast_ray`]; then `hits` is as it was.
+    /// The errors of [`Self::cast_ray`]; `hits` is then unchanged.
     pub fn cast_ray_all<'f>(
         &self,
         origin: impl Into<Vec3>,
@@ -140,8 +146,9 @@ impl Query<'_> {
         Ok(())
     }
 
-    /// Calls `visit` with the hit of each shape that the segment meets, in no promised order. `visit` answers how far the ray goes
-    /// on: `Continue(1.0)` for all of it, `Continue(hit.fraction)` to hear only of nearer hits, `Break(())` to end it. A ray never
+    /// Calls `visit` with the hit of each shape that the segment hits, in unspecified order.
+    /// `visit` returns how far the ray continues: `Continue(1.0)` for all of it,
+    /// `Continue(hit.fraction)` for nearer hits only, `Break(())` to end it. A shortened ray never
     /// becomes longer again.
     ///
     /// ```
@@ -188,8 +195,9 @@ impl Query<'_> {
         Ok(())
     }
 
-    /// [`Self::cast_ray`] for each ray of a batch, by the threads of the world's executor. `hits` is emptied before; hit `k` is that
-    /// of ray `k`. The hits are the same for any number of threads.
+    /// Runs [`Self::cast_ray`] for each ray of a batch, on the threads of the world's executor.
+    /// `hits` is cleared first; hit `k` belongs to ray `k`. The hits are the same for any number of
+    /// threads.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, ShapeDef, World};
@@ -209,7 +217,7 @@ impl Query<'_> {
     /// ```
     ///
     /// # Errors
-    /// A number of a ray is not finite, or beyond 1e9 m; then `hits` is as it was.
+    /// A number of a ray is not finite, or beyond 1e9 m; `hits` is then unchanged.
     pub fn cast_rays<'f>(
         &self,
         rays: &[RayQuery],
@@ -244,8 +252,9 @@ impl Query<'_> {
         best.map(|(found, way)| self.ray_hit(&way, &found))
     }
 
-    /// Calls `visit` with the first hit of each shape within the limit, and with the ray as it was cast: it is lifted off surfaces
-    /// along which it goes. `visit` answers the new limit as a part of the ray; negative: stop.
+    /// Calls `visit` with the first hit of each shape within the limit, and with the ray as cast:
+    /// lifted off the surfaces that it slides along. `visit` returns the new limit as a fraction of
+    /// the ray; a negative limit stops the query.
     fn each_hit(
         &self,
         ray: &RayQuery,
@@ -292,8 +301,9 @@ impl Query<'_> {
     }
 }
 
-/// Where a ray meets a solid (both in its frame) up to a part of its way, and whether it starts inside. A start no deeper than
-/// `slack` [m] and some roundings is one on the surface.
+/// Returns the hit of a ray on a solid (both in the solid's frame) up to the fraction `limit`, and
+/// whether the ray starts inside. A start no deeper than `slack` [m] plus a few roundings counts as
+/// on the surface.
 pub(super) fn meet(
     solid: &Solid,
     origin: Vec3,

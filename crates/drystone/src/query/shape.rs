@@ -1,4 +1,4 @@
-//! A shape as it is read, by users and by the predicates of queries.
+//! A read-only view of a shape, for users and for the predicates of queries.
 
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
@@ -10,7 +10,7 @@ use crate::state::reports::{ContactReports, Senses};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
 
-/// A shape of a body, to read.
+/// A read-only view of a shape of a body.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeRef<'w> {
     tables: &'w Tables,
@@ -23,7 +23,7 @@ impl<'w> ShapeRef<'w> {
         Some(Self::at(tables, tables.shapes.rows.row(id)?))
     }
 
-    /// The shape in a row.
+    /// The shape of a row.
     pub(crate) fn at(tables: &'w Tables, row: u32) -> Self {
         Self { tables, row: tables.shapes.at(row), id: tables.shapes.id(row) }
     }
@@ -32,13 +32,13 @@ impl<'w> ShapeRef<'w> {
         self.tables
     }
 
-    /// Its id.
+    /// Id of the shape.
     #[must_use]
     pub const fn id(&self) -> ShapeId {
         self.id
     }
 
-    /// The body it is on.
+    /// Body of the shape.
     #[must_use]
     pub fn body(&self) -> BodyId {
         self.tables.bodies.id(self.row.body)
@@ -50,91 +50,93 @@ impl<'w> ShapeRef<'w> {
         &self.row.shape
     }
 
-    /// Where it sits [m, frame of the body's origin].
+    /// Pose of the shape [m, frame of the body's origin].
     #[must_use]
     pub const fn local_pose(&self) -> Pose {
         self.row.local
     }
 
-    /// Where it is [m, world].
+    /// Pose of the shape [m, world].
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.tables.bodies.at(self.row.body).pose().compose(&self.row.local)
     }
 
-    /// The smallest box around it [m, world]; without end for a half-space.
+    /// Smallest bounding box of the shape [m, world]; infinite for a half-space.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.row.solid.aabb(&self.pose())
     }
 
-    /// Its density [kg/m³].
+    /// Density [kg/m³].
     #[must_use]
     pub const fn density(&self) -> f32 {
         self.row.density
     }
 
-    /// Its surface.
+    /// Material of the surface.
     #[must_use]
     pub const fn material(&self) -> Material {
         self.row.material
     }
 
-    /// How its surface moves over it [m/s, frame of the shape].
+    /// Linear velocity of the surface over the shape [m/s, frame of the shape].
     #[must_use]
     pub const fn surface_velocity(&self) -> Vec3 {
         self.row.surface_velocity
     }
 
-    /// How its surface turns over it, about its origin [rad/s, frame of the shape].
+    /// Angular velocity of the surface over the shape, about its origin
+    /// [rad/s, frame of the shape].
     #[must_use]
     pub const fn surface_spin(&self) -> Vec3 {
         self.row.surface_spin
     }
 
-    /// What it collides with.
+    /// Collision filter.
     #[must_use]
     pub const fn filter(&self) -> Filter {
         self.row.filter
     }
 
-    /// Whether it is a sensor.
+    /// Whether the shape is a sensor.
     #[must_use]
     pub const fn is_sensor(&self) -> bool {
         self.row.sensor
     }
 
-    /// False if it was taken out of the world: see [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled).
+    /// Whether the shape is in the world: see
+    /// [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled).
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         self.row.enabled
     }
 
-    /// The direction of its front, if it holds from one side only [frame of the shape; unit].
+    /// Direction of the front, if the shape collides from one side only [frame of the shape; unit].
     #[must_use]
     pub fn one_way(&self) -> Option<Vec3> {
         self.tables.shapes.one_way.get(&self.id.index()).copied()
     }
 
-    /// Whether [`ContactHooks`](crate::contact::ContactHooks) are asked for its contacts.
+    /// Whether the engine calls [`ContactHooks`](crate::contact::ContactHooks) for its contacts.
     #[must_use]
     pub const fn has_hooks(&self) -> bool {
         self.row.reports.has_hooks()
     }
 
-    /// What it sees besides, as a sensor.
+    /// Extra shapes that it detects as a sensor: static ones, other sensors.
     #[must_use]
     pub const fn senses(&self) -> Senses {
         self.row.reports.senses()
     }
 
-    /// Which events its contacts give.
+    /// Events that its contacts report.
     #[must_use]
     pub fn reports(&self) -> ContactReports {
         self.row.reports.unpacked()
     }
 
-    /// The user's number.
+    /// Number for the user's own use.
     #[must_use]
     pub const fn user_data(&self) -> u64 {
         self.row.user_data

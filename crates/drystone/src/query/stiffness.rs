@@ -1,5 +1,5 @@
-//! How stiff the contacts of a world are as springs, and up to which step an explicit penalty method
-//! stays stable (manual/methods.md).
+//! Stiffness of a world's contacts as springs, and the longest step for which an explicit penalty
+//! method stays stable (manual/methods.md).
 
 use crate::base::collision::{mobility, push};
 use crate::base::math::{Vec3, vec3};
@@ -11,23 +11,24 @@ use crate::state::tables::Tables;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PenaltyLimit {
-    /// Frequency of the stiffest motion that the contacts of now allow [Hz]; that of a single contact if
-    /// there is none.
+    /// Frequency of the stiffest motion that the current contacts allow [Hz]; the frequency of a
+    /// single contact if there are none.
     pub hertz: f32,
-    /// Longest substep that keeps it stable [s].
+    /// Longest substep for which the method stays stable [s].
     pub longest_substep: f32,
 }
 
-/// Iterations for the highest frequency: the estimate comes from below, and is some percent off at most.
+/// Iterations for the highest frequency. The estimate converges from below, and is off by some
+/// percent at most.
 const ITERATIONS: u32 = 200;
 
-/// The limit for the springs of the configuration.
+/// Computes the limit for the springs of the configuration.
 pub(crate) fn penalty_limit(tables: &Tables) -> PenaltyLimit {
     let p = tables.config.penalty;
     let omega = 2.0 * core::f32::consts::PI * p.hertz;
-    // Squares of frequencies relative to that of a point.
+    // Squares of frequencies, relative to the frequency of a single point.
     let highest = stiffest(tables).max(1.0).sqrt();
-    // Damping grows with the stiffness: a motion of k times the frequency has k times the ratio.
+    // Damping grows with the stiffness: k times the frequency means k times the damping ratio.
     let zeta = p.damping_ratio * highest;
     let reach = 2.0 / ((1.0 + zeta * zeta).sqrt() + zeta);
     PenaltyLimit { hertz: p.hertz * highest, longest_substep: reach / (omega * highest) }
@@ -39,11 +40,11 @@ struct Spring {
     r_a: Vec3,
     r_b: Vec3,
     n: Vec3,
-    /// Root of the stiffness for a frequency of 1 rad/s.
+    /// Square root of the stiffness for a frequency of 1 rad/s.
     root: f32,
 }
 
-/// The greatest eigenvalue of √k J M⁻¹ Jᵀ √k with k = 1/K of each point, by repeated multiplication.
+/// Largest eigenvalue of √k J M⁻¹ Jᵀ √k with k = 1/K of each point, by power iteration.
 fn stiffest(tables: &Tables) -> f32 {
     let body = |row: u32| tables.bodies.at(row);
     let mut springs = Vec::new();
@@ -60,7 +61,7 @@ fn stiffest(tables: &Tables) -> f32 {
         }
     }
     let mut motion = vec![(Vec3::ZERO, Vec3::ZERO); tables.bodies.rows.slot_count()];
-    // Any start does that has something of the highest motion: signs that change irregularly.
+    // Any start vector with a component of the highest motion works: irregular signs.
     let mut seed = 1_u32;
     let mut z: Vec<f32> = springs
         .iter()
@@ -97,7 +98,7 @@ fn stiffest(tables: &Tables) -> f32 {
     value
 }
 
-/// Inverse mass and inertia in the world, locked axes aside.
+/// Inverse mass and inertia [world], locked axes ignored.
 fn inverse(body: &Body) -> (Vec3, Sym3) {
     if !body.is_dynamic() {
         return (Vec3::ZERO, Sym3::ZERO);

@@ -1,4 +1,4 @@
-//! Why a body is awake: the first thing that keeps its island from sleeping, and the way to it.
+//! Why a body is awake: the main cause that keeps its island from sleeping, and the path to it.
 
 use core::fmt;
 use std::collections::VecDeque;
@@ -11,7 +11,7 @@ use crate::state::drives::{Driver, Drives};
 use crate::state::stillness::{StillnessRule, Verdict, drift_speed, free_acceleration, is_free};
 use crate::state::tables::Tables;
 
-/// What keeps a body awake, or that nothing does.
+/// Cause that keeps a body awake, or the reason why there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum AwakeCause {
@@ -19,49 +19,50 @@ pub enum AwakeCause {
     Asleep,
     /// It is static: neither awake nor asleep.
     Static,
-    /// It is kinematic and at rest: nothing is worked out for it.
+    /// It is kinematic and at rest: the step computes nothing for it.
     Idle,
     /// It is kinematic and moves.
     Driven {
-        /// Greatest speed of a point of it [m/s].
+        /// Maximum speed of its points [m/s].
         speed: f32,
     },
-    /// It is out of the simulation since its state became infinite or NaN.
+    /// It is out of the simulation because its state became infinite or NaN.
     Faulted,
     /// It is disabled.
     Disabled,
-    /// The world's configuration lets nothing sleep.
+    /// The world's configuration turns sleep off.
     SleepDisabled,
-    /// The body was told not to sleep.
+    /// The user disabled sleep for the body.
     CannotSleep,
     /// The body is too fast.
     TooFast {
-        /// Greatest speed of a point of it [m/s].
+        /// Maximum speed of its points [m/s].
         speed: f32,
-        /// Below this it counts as still [m/s].
+        /// Speed below which it counts as still [m/s].
         limit: f32,
         /// A moving kinematic body that touches it or is joined to it, if there is one.
         driven_by: Option<BodyId>,
     },
-    /// The body is slow, but a force acts on it that its supports do not balance: it falls, begins to move or turns
-    /// round.
+    /// The body is slow, but a force acts on it that its supports do not balance: it falls, starts
+    /// to move or tips over.
     Accelerates {
-        /// Greatest acceleration of a point of it [m/s²], over a part of the time of sleep.
+        /// Maximum acceleration of its points [m/s²], over a part of the sleep time.
         acceleration: f32,
-        /// Up to this it counts as still [m/s²].
+        /// Acceleration up to which it counts as still [m/s²].
         limit: f32,
     },
-    /// The body is slow, but a kinematic body that moves touches it or is joined to it.
+    /// The body is slow, but a moving kinematic body touches it or is joined to it.
     Carried {
-        /// That body.
+        /// The kinematic body.
         by: BodyId,
     },
-    /// The body is slow, but touches a surface that moves over its shape.
+    /// The body is slow, but touches a surface with a surface velocity.
     OnBelt {
         /// The body of that surface.
         of: BodyId,
     },
-    /// The body is slow, but its load pressed it together with another one, and the two still move apart.
+    /// The body is slow, but its load pressed it together with another one, and the two still move
+    /// apart.
     Settles {
         /// The other body.
         with: BodyId,
@@ -71,15 +72,16 @@ pub enum AwakeCause {
         /// That joint.
         joint: JointId,
     },
-    /// The body is still, but has not been for long enough.
+    /// The body is still, but has not been still for long enough.
     Waiting {
         /// Time left [s].
         seconds_left: f32,
     },
-    /// All bodies that it is connected with could sleep, but their island holds others, with which it was
-    /// connected until lately. It has not been taken apart yet.
+    /// All bodies connected to it could sleep, but its island also holds bodies that were connected
+    /// to it until recently. The island is not yet split.
     NotSplit {
-        /// Steps until the island is looked through, if nothing changes; others may come first.
+        /// Steps until the engine checks the island for a split, if nothing changes; other islands
+        /// may go first.
         steps_left: u64,
     },
 }
@@ -88,12 +90,12 @@ pub enum AwakeCause {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WhyAwake {
-    /// What keeps it awake.
+    /// The cause that keeps it awake.
     pub cause: AwakeCause,
-    /// The body that this is said of: the one asked about, or another one of its island.
+    /// The body that has this cause: the body of the query, or another one of its island.
     pub body: BodyId,
-    /// From the body asked about to that one, both included, each touching or joined to the next; only
-    /// one body if they are the same.
+    /// Path from the body of the query to `body`, both included, each touching or joined to the
+    /// next. It has one body if they are the same.
     pub path: Vec<BodyId>,
 }
 
@@ -160,8 +162,9 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         return about_itself(AwakeCause::SleepDisabled);
     }
     let found = reach_all(tables, row);
-    // What lasts longest is what has to be dealt with: never, then at least the whole time, then what would keep it
-    // awake after that, then the rest of it. Of equals the one fewest steps away.
+    // The cause that lasts longest matters most. The order is: a cause without end; one of at least
+    // the whole sleep time; a cause that takes effect after the sleep time; the remaining sleep
+    // time. Of equal causes, the one fewest steps along the path wins.
     let mut culprit: Option<(usize, f32)> = None;
     for (place, (other, _)) in found.iter().enumerate() {
         let left = time_left(tables, *other);
@@ -183,7 +186,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
                     let steps_left = island.wait_until.saturating_sub(tables.steps);
                     AwakeCause::NotSplit { steps_left }
                 }
-                // It goes to sleep in the next step.
+                // It falls asleep in the next step.
                 _ => AwakeCause::Waiting { seconds_left: 0.0 },
             });
         }
@@ -201,7 +204,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
     WhyAwake { cause, body: bodies.id(found[place].0), path }
 }
 
-/// What is said of a body that is too fast, or waits for this time [s].
+/// Returns the cause of a body that is too fast, or that stays awake for this time [s].
 fn own_cause(tables: &Tables, row: u32, left: f32) -> AwakeCause {
     let body = tables.bodies.at(row);
     if !body.can_sleep {
@@ -220,14 +223,14 @@ fn own_cause(tables: &Tables, row: u32, left: f32) -> AwakeCause {
     AwakeCause::TooFast { speed, limit, driven_by: driver(tables, row) }
 }
 
-/// Below this speed a body is slow [m/s].
+/// Speed below which a body is slow [m/s].
 fn still_speed(tables: &Tables, row: u32) -> f32 {
     let body = tables.bodies.at(row);
     let limit = body.still_speed(tables.config.sleep_speed());
     if is_free(body) { limit.min(drift_speed(body, tables.config.length_scale)) } else { limit }
 }
 
-/// What keeps a body awake that is slow, for as long as it lasts.
+/// Returns the cause that keeps a slow body awake for as long as it lasts.
 fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
     let Tables { config, bodies, shapes, joints, contacts, .. } = tables;
     let (body, known) = (bodies.at(row), &bodies.stillness[row as usize]);
@@ -263,21 +266,22 @@ fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
     }
 }
 
-/// How long a body will keep its island awake, at least [s].
+/// Minimum time for which a body will keep its island awake [s].
 fn time_left(tables: &Tables, row: u32) -> f32 {
     let (body, sleep) = (tables.bodies.at(row), &tables.config.sleep);
     if !body.can_sleep {
         return f32::INFINITY;
     }
-    // A moving body starts to wait when it is still: later than any that waits already.
+    // A moving body starts its sleep time when it is still: later than any body that is still
+    // already.
     if body.greatest_speed(tables.config.length_scale) >= still_speed(tables, row) {
         return f32::MAX;
     }
     (sleep.time - body.still_time).max(0.0)
 }
 
-/// All dynamic bodies that are connected with one, nearest first, each with the place in this list of
-/// the one it was reached from. In the order of the bodies' lists of contacts and joints.
+/// Returns all dynamic bodies that are connected to one, nearest first, each with the index in this
+/// list of the body that led to it. Neighbors are in the order of the bodies' contacts and joints.
 fn reach_all(tables: &Tables, row: u32) -> Vec<(u32, usize)> {
     let bodies = &tables.bodies;
     let mut seen = vec![false; bodies.rows.slot_count()];
@@ -286,7 +290,7 @@ fn reach_all(tables: &Tables, row: u32) -> Vec<(u32, usize)> {
     seen[row as usize] = true;
     while let Some(place) = queue.pop_front() {
         for_neighbors(tables, found[place].0, |other| {
-            // What sleeps near it touches it not.
+            // A body that sleeps close by does not touch this one.
             let (body, seen) = (bodies.at(other), &mut seen[other as usize]);
             if body.is_dynamic() && body.active() && !core::mem::replace(seen, true) {
                 queue.push_back(found.len());
@@ -297,7 +301,7 @@ fn reach_all(tables: &Tables, row: u32) -> Vec<(u32, usize)> {
     found
 }
 
-/// The first moving kinematic body that acts on one.
+/// Returns the first moving kinematic body that touches a body or is joined to it.
 fn driver(tables: &Tables, row: u32) -> Option<BodyId> {
     let mut found = NONE;
     for_neighbors(tables, row, |other| {
@@ -310,7 +314,8 @@ fn driver(tables: &Tables, row: u32) -> Option<BodyId> {
     (found != NONE).then(|| tables.bodies.id(found))
 }
 
-/// Calls `meet` for every body that touches one or is joined to it; maybe several times for one.
+/// Calls `meet` for every body that touches one or is joined to it; maybe several times for the
+/// same body.
 fn for_neighbors(tables: &Tables, row: u32, mut meet: impl FnMut(u32)) {
     let bodies: &Bodies = &tables.bodies;
     for (contact, side) in tables.contacts.of_body(bodies.at(row)) {

@@ -1,5 +1,6 @@
-//! The team itself under a model checker, which chooses who goes on after each step of an atomic number or a lock (`cargo xtask
-//! model`). What tasks count is none of its business: ordinary numbers.
+//! The team under a model checker, which chooses the next thread after each operation on an atomic
+//! or a lock (`cargo xtask model`). The counters of the tasks are plain atomics outside its
+//! control.
 
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -7,10 +8,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use super::super::sync::{self, Arc};
 use super::{Executor, Team};
 
-/// Schedules of each kind that are tried.
+/// Number of schedules of each kind.
 const SCHEDULES: usize = 2000;
 
-/// By chance, and with few changes at places chosen by chance, which finds other errors.
+/// Explores random schedules, and schedules with few switches at random points, which find other
+/// errors.
 fn explore(run: impl Fn() + Copy + Send + Sync + 'static) {
     shuttle::check_random(run, SCHEDULES);
     shuttle::check_pct(run, SCHEDULES, 3);
@@ -24,7 +26,8 @@ fn all(counts: &[AtomicUsize], expected: usize) -> bool {
     counts.iter().all(|count| count.load(Ordering::SeqCst) == expected)
 }
 
-/// A series of phases of these chunks: each runs once, and after those of the phase before.
+/// Runs a series of phases with these chunks. Each chunk runs once, and after those of the previous
+/// phase.
 fn run_once(team: &Team, chunks: &[usize]) {
     let done: Vec<_> = chunks.iter().map(|n| counts(*n)).collect();
     let over = AtomicBool::new(false);
@@ -95,7 +98,7 @@ fn a_task_may_use_the_team_that_runs_it() {
     });
 }
 
-/// Of workers that look out, that go to sleep, that are asleep, and that still leave the last series.
+/// Covers workers that poll, that fall asleep, that sleep, and that still leave the last series.
 #[test]
 fn a_team_ends_whatever_its_workers_do() {
     explore(|| drop(Team::with_threads(3)));
@@ -112,7 +115,8 @@ fn a_team_ends_whatever_its_workers_do() {
     });
 }
 
-/// Threads of the program take their seats before, while and after it works, and leave whatever it does.
+/// Threads of the program take their seats before, during and after its work, and leave in any
+/// state.
 #[test]
 fn those_who_join_help_and_leave() {
     explore(|| {
@@ -133,7 +137,7 @@ fn those_who_join_help_and_leave() {
     });
 }
 
-/// One seat for two: one of them gets it, or both one after the other.
+/// One seat for two threads: one of them gets it, or both one after the other.
 #[test]
 fn a_seat_is_taken_by_one() {
     explore(|| {

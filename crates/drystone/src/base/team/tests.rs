@@ -1,4 +1,4 @@
-//! The team on threads of the system: every chunk once, phases in order, whoever helps.
+//! The team on system threads: every chunk once, phases in order, with any helpers.
 
 use super::{Executor, Team};
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};

@@ -1,16 +1,18 @@
-//! How far a convex solid can go while it turns, before it meets another one.
+//! Motion of a convex solid that turns, up to its first hit on another one.
 //!
-//! Conservative advancement as in the parent module. A plane between the two at their closest points has a fixed normal n. With r the
-//! points of B about the origin of its frame, w its turn and v its way, the heights of B's points over the plane after the part t
-//! from here are
+//! Conservative advancement as in the parent module. A plane between the two at their closest
+//! points has a fixed normal n. Let r be the points of B relative to the origin of its frame, w its
+//! rotation and v its displacement. After the fraction t from here, the heights of B's points over
+//! the plane are
 //!
 //! ```text
 //! n·(x + v t) + r·(n + t n×w) + e,   |e| <= ½ |n×w| |w| |r| t²
 //! ```
 //!
-//! for the second derivative of a point's height is (n×w)·(w×r). The least of them over B is that of one support point along n + t n×w: a bound
-//! that is exact to the first order, and concave in t. So the parts of the way on which it says that B stays above the plane are
-//! an interval, whose end is found by chords and halving. Near a meeting the steps become shorter as the square of the gap.
+//! since the second derivative of a point's height is (n×w)·(w×r). The minimum over B belongs to
+//! one support point along n + t n×w. This bound is exact to first order, and concave in t. The
+//! fractions for which it keeps B above the plane therefore form an interval, whose end is found by
+//! chords and bisection. Near a hit the steps shrink as the square of the gap.
 
 use super::{ALONG, Course, Meeting, Nearby, Placed, convex_set, deepest, first_triangle, flat};
 use crate::base::aabb::Aabb;
@@ -20,14 +22,15 @@ use crate::geometry::collide::convex::Convex;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::solid::{Core, Solid};
 
-/// Steps of an advancement, and as many more for each radian: along a surface at a constant gap, a step turns by the root of
-/// twice the gap over the size. A cast that takes longer counts as met where it has come to.
+/// Maximum number of advancement steps, and of extra steps per radian. Along a surface at a
+/// constant gap, one step turns by the root of twice the gap over the size. A cast that takes
+/// longer counts as a hit where it stands.
 const ROUNDS: f32 = 64.0;
 
-/// Rounds of the search for the length of a step: it need not be exact.
+/// Maximum number of iterations for the length of a step: it need not be exact.
 const ROUNDS_OF_STEP: usize = 12;
 
-/// Where B, turning on its course, first meets A.
+/// Returns the first hit of B, which turns as it moves, on A.
 pub(super) fn meet(a: &Solid, b: &Solid, placed: &Placed<'_>, course: &Course) -> Option<Meeting> {
     let turning = Turning::new(b, placed, course);
     match &a.core {
@@ -53,11 +56,11 @@ pub(super) fn meet(a: &Solid, b: &Solid, placed: &Placed<'_>, course: &Course) -
     }
 }
 
-/// B on its course.
+/// B and its motion.
 struct Turning<'a> {
     placed: &'a Placed<'a>,
     course: &'a Course,
-    /// Greatest distance of a point of its core from the origin of its frame [m].
+    /// Maximum distance of a point of its core from the origin of its frame [m].
     reach: f32,
     radius: f32,
     rounds: usize,
@@ -72,15 +75,15 @@ impl<'a> Turning<'a> {
         Self { placed, course, reach, radius: b.radius, rounds }
     }
 
-    /// Where B's frame is after a part of the way.
+    /// Pose of B's frame after a fraction of the motion.
     fn at(&self, part: f32) -> Pose {
         let Pose { position, rotation } = *self.placed.pose;
         let Course { delta, turn, .. } = *self.course;
         Pose { position: position + delta * part, rotation: rotation.turned_by(turn * part) }
     }
 
-    /// `look` gives the closest points of A and of B, moved by a shift; `touch` says how the two touch or overlap at the start, if
-    /// they do.
+    /// Advances B to its first hit. `look` returns the closest points of A and of B moved by a
+    /// shift. `touch` returns the contact at the start, if they touch or overlap there.
     fn advance(
         &self,
         met: f32,
@@ -101,7 +104,7 @@ impl<'a> Turning<'a> {
             if deep.overlaps(met) || self.comes_closer(&deep) {
                 return Some(Meeting::at_start(&deep, met));
             }
-            // It leaves what it touches.
+            // B moves away from a surface that it touches.
             for part in [1.0e-4, 1.0e-3, 1.0e-2, 1.0e-1] {
                 if near.is_none() {
                     at = part;
@@ -114,7 +117,7 @@ impl<'a> Turning<'a> {
         for _ in 0..self.rounds {
             let rest = 1.0 - at;
             let step = self.step(&now, last.normal, last.distance - 0.5 * met, rest);
-            // The end of the whole way exactly, and steps that do not depend on the limit.
+            // Ends exactly at 1, with steps that do not depend on the limit.
             at = if step < rest { at + step } else { 1.0 };
             if at > limit {
                 return None;
@@ -129,7 +132,7 @@ impl<'a> Turning<'a> {
         Some(Meeting { fraction: at, point: last.point_a, normal: last.normal, overlap: false })
     }
 
-    /// True if the point of B that touches moves into A, by more than some roundings.
+    /// Returns true if the touching point of B moves into A, by more than some roundings.
     fn comes_closer(&self, deep: &Nearby) -> bool {
         let Course { delta, turn, .. } = *self.course;
         let arm = deep.point_b - self.placed.pose.position;
@@ -137,8 +140,8 @@ impl<'a> Turning<'a> {
         deep.normal.dot(delta + turn.cross(arm)) < -ALONG * speed
     }
 
-    /// A part of the way, at most `most`, in which B does not come closer to a plane by more than `gap` [m], however it turns: close
-    /// to the greatest that the bound of the module allows.
+    /// Returns a fraction, at most `most`, in which B approaches a plane by no more than `gap` [m],
+    /// however it turns. It is close to the maximum that the module's bound allows.
     fn step(&self, now: &Pose, normal: Vec3, gap: f32, most: f32) -> f32 {
         let Course { delta, turn, .. } = *self.course;
         let across = normal.cross(turn);
@@ -157,7 +160,8 @@ impl<'a> Turning<'a> {
         }
         let ([mut low, mut above], [mut high, mut below]) = ([0.0, gap], [most, clear(most)]);
         for round in 0..ROUNDS_OF_STEP {
-            // A chord of a concave function is below it: where it comes to zero is no farther than the end.
+            // A chord of a concave function lies below it, so the chord's zero is not beyond the
+            // end.
             let chord = low + (high - low) * (above / (above - below));
             let part = if round % 2 == 0 { chord } else { 0.5 * (low + high) };
             let rest = clear(part);
@@ -173,7 +177,7 @@ impl<'a> Turning<'a> {
         low
     }
 
-    /// Closest points that near tell no normal: for it the two are moved apart.
+    /// Closest points that are too near give no normal: moves the two apart to compute it.
     fn refined(
         &self,
         found: Meeting,
@@ -194,7 +198,7 @@ impl<'a> Turning<'a> {
         found
     }
 
-    /// The first triangle that B meets.
+    /// Returns the first hit of B on a triangle.
     fn meet_triangle(&self, mesh: &Mesh) -> Option<Meeting> {
         let placed = self.placed;
         let at = placed.pose.position;

@@ -1,8 +1,8 @@
-//! Two boxes to a manifold: fifteen axes in closed form, then a rectangle cut to a rectangle
+//! Collides two boxes: fifteen axes in closed form, then a rectangle clipped by a rectangle
 //! [Gottschalk96], [Gregorius13].
 //!
-//! Symbols: R, t rotation and position of B in the frame of A; r[j] is axis j of B, so r[j][i] = R_ij;
-//! g, h half extents of A and B.
+//! Symbols: R, t rotation and position of B in the frame of A; r[j] is axis j of B, so r[j][i] =
+//! R_ij; g, h half extents of A and B.
 
 use crate::base::math::{Mat3, Vec3, greater, lesser};
 use crate::base::pose::Pose;
@@ -10,7 +10,7 @@ use crate::geometry::clip::{SIDE_SLACK, closest_of_segments, flip, reduce};
 use crate::geometry::manifold::{EDGE_PAIR, Manifold, ManifoldPoint, REFERENCE_B};
 use crate::geometry::sat::{PARALLEL, PREFERENCE};
 
-/// Marks a corner that a side made.
+/// Marks a corner made by a clipping side.
 const CUT: u32 = 0x100;
 
 /// One box in the frame of another: `axes` are its unit axes, `t` its center.
@@ -26,8 +26,9 @@ impl Placed {
     }
 }
 
-/// The manifold of boxes of half extents `g` and `h` in the frame of A; `None` where neither a face
-/// nor a pair of edges carries the contact, though no axis separates by more than `margin` [m].
+/// Computes the manifold of boxes with half extents `g` and `h` in the frame of A. Returns `None`
+/// where neither a face nor a pair of edges carries the contact, though no axis separates by more
+/// than `margin` [m].
 pub(super) fn collide(g: Vec3, h: Vec3, b_in_a: &Pose, margin: f32) -> Option<Manifold> {
     let r = b_in_a.rotation.to_mat3();
     let b = Placed::new(r, b_in_a.position);
@@ -55,7 +56,8 @@ pub(super) fn collide(g: Vec3, h: Vec3, b_in_a: &Pose, margin: f32) -> Option<Ma
     (m.count > 0).then_some(m)
 }
 
-/// The axis of the box at the origin (half extents `g`) that separates most, and by how much [m].
+/// Returns the axis of the box at the origin (half extents `g`) with the largest separation, and
+/// that separation [m].
 fn best_face(g: Vec3, h: Vec3, other: &Placed) -> (usize, f32) {
     let [x, y, z] = other.axes;
     let reach = x.abs() * h.x + y.abs() * h.y + z.abs() * h.z;
@@ -71,15 +73,15 @@ fn best_face(g: Vec3, h: Vec3, other: &Placed) -> (usize, f32) {
 }
 
 struct EdgeAxis {
-    /// Axes of A and of B along which the edges run.
+    /// Axes of A and of B that the edges are parallel to.
     i: usize,
     j: usize,
     separation: f32,
-    /// Unit, from A to B [frame of A].
+    /// Unit normal, from A to B [frame of A].
     normal: Vec3,
 }
 
-/// The pair of edges that separates most, if by more than `floor` [m].
+/// Returns the pair of edges with the largest separation, if it is more than `floor` [m].
 fn best_edges(g: Vec3, h: Vec3, b: &Placed, floor: f32) -> Option<EdgeAxis> {
     let mut best: Option<EdgeAxis> = None;
     let mut most = floor;
@@ -87,14 +89,14 @@ fn best_edges(g: Vec3, h: Vec3, b: &Placed, floor: f32) -> Option<EdgeAxis> {
         let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
         for i in 0..3 {
             let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
-            // The axis e_i × r_j has no part along i.
+            // The axis e_i × r_j has no component along i.
             let (p, q) = (-b.axes[j][i2], b.axes[j][i1]);
             let square = p * p + q * q;
             let along = p * b.t[i1] + q * b.t[i2];
             let separation = along.abs()
                 - (g[i1] * p.abs() + g[i2] * q.abs())
                 - (h[j1] * b.axes[j2][i].abs() + h[j2] * b.axes[j1][i].abs());
-            // The axis is not longer than one: what is below a negative floor stays below it.
+            // The axis is no longer than 1: a separation below a negative floor stays below it.
             if separation <= lesser(most, 0.0) || square <= PARALLEL {
                 continue;
             }
@@ -111,7 +113,7 @@ fn best_edges(g: Vec3, h: Vec3, b: &Placed, floor: f32) -> Option<EdgeAxis> {
     best
 }
 
-/// The edge of each box that lies farthest towards the other one along the normal.
+/// Collides the edge of each box that is farthest towards the other one along the normal.
 fn edge_contact(g: Vec3, h: Vec3, b: &Placed, e: &EdgeAxis) -> Manifold {
     let mut feature = EDGE_PAIR;
     let mut on_a = Vec3::ZERO;
@@ -143,7 +145,7 @@ fn edge_contact(g: Vec3, h: Vec3, b: &Placed, e: &EdgeAxis) -> Manifold {
 struct Corner {
     p: Vec3,
     id: u32,
-    /// Names the edge to the next corner: 0 to 3 one of the incident face, above it one of the sides.
+    /// Identifies the edge to the next corner: 0 to 3 for the incident face, above 3 for the sides.
     edge: u32,
 }
 
@@ -162,7 +164,7 @@ impl Outline {
         }
     }
 
-    /// Leaves what has `sign` · p[k] <= limit.
+    /// Keeps the part with `sign` · p[k] <= limit.
     fn cut(&mut self, k: usize, sign: f32, limit: f32, side: u32) {
         let corners = &self.corners[..self.count];
         if corners.iter().all(|c| sign * c.p[k] <= limit) {
@@ -187,8 +189,8 @@ impl Outline {
     }
 }
 
-/// Contact of the face of the box at the origin (half extents `g`) that looks along `axis` at the
-/// other one, with the face of that one that looks back most.
+/// Collides the face of the box at the origin (half extents `g`) that faces the other box along
+/// `axis` with the other box's face that is most opposite to it.
 fn face_contact(g: Vec3, h: Vec3, other: &Placed, axis: usize, margin: f32, flag: u32) -> Manifold {
     let up = other.t[axis] >= 0.0;
     let sign = if up { 1.0 } else { -1.0 };
@@ -201,7 +203,7 @@ fn face_contact(g: Vec3, h: Vec3, other: &Placed, axis: usize, margin: f32, flag
             j = k;
         }
     }
-    // The incident face looks against the normal.
+    // The incident face is opposite to the normal.
     let back = if (other.axes[j][axis] > 0.0) == up { -h[j] } else { h[j] };
     let middle = other.t + other.axes[j] * back;
     let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);

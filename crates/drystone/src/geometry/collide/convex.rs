@@ -1,5 +1,5 @@
-//! What the general narrowphase asks of a convex core: its support and the features that carry a
-//! contact along a normal.
+//! The functions of a convex core that the general narrowphase needs: its support point and the
+//! features that carry a contact along a normal.
 
 use super::frustum::Frustum;
 use crate::base::math::{Vec3, greater, vec3};
@@ -31,7 +31,7 @@ impl<'a> Convex<'a> {
         })
     }
 
-    /// The point farthest along `direction`.
+    /// Returns the point farthest along `direction`.
     #[inline]
     pub(crate) fn support(&self, direction: Vec3) -> Vec3 {
         match self {
@@ -44,12 +44,12 @@ impl<'a> Convex<'a> {
         }
     }
 
-    /// A point inside.
+    /// Returns a point inside.
     pub(crate) fn center(&self) -> Vec3 {
         if let Self::Hull(x) = self { x.center } else { Vec3::ZERO }
     }
 
-    /// A length of the order of the extent [m]; 0 for a point.
+    /// Approximate extent [m]; 0 for a point.
     pub(crate) fn size(&self) -> f32 {
         match self {
             Self::Point => 0.0,
@@ -59,7 +59,7 @@ impl<'a> Convex<'a> {
         }
     }
 
-    /// The normal of the flat side most along `direction`.
+    /// Normal of the flat side that faces `direction` most.
     pub(crate) fn face_normal(&self, direction: Vec3) -> Option<Vec3> {
         match self {
             Self::Point | Self::Segment { .. } => None,
@@ -68,7 +68,7 @@ impl<'a> Convex<'a> {
         }
     }
 
-    /// The corners of that flat side.
+    /// Writes the corners of that flat side.
     pub(crate) fn face(&self, direction: Vec3, out: &mut Polygon) {
         match self {
             Self::Point | Self::Segment { .. } => out.clear(),
@@ -77,8 +77,8 @@ impl<'a> Convex<'a> {
         }
     }
 
-    /// The straight line on the surface farthest along `direction`, and the cosine of the angle
-    /// between `direction` and the normals of the line.
+    /// Returns the straight line on the surface farthest along `direction`, and the cosine of the
+    /// angle between `direction` and the normals of the line.
     pub(crate) fn line(&self, direction: Vec3) -> Option<([Vec3; 2], f32)> {
         match self {
             Self::Point => None,
@@ -94,7 +94,8 @@ impl<'a> Convex<'a> {
         }
     }
 
-    /// The feature that looks along `direction` most, as corners: a face or a line; none for a point.
+    /// Writes the corners of the feature that faces `direction` most: a face or a line; none for a
+    /// point.
     pub(crate) fn incident(&self, direction: Vec3, out: &mut Polygon) {
         out.clear();
         let by_line = match self {

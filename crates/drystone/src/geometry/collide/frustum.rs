@@ -17,7 +17,7 @@ pub(crate) struct Frustum {
     s: f32,
 }
 
-/// cos and sin of k π/8, k = 0 to 4: the corners of the polygon that stands for a disc.
+/// cos k π/8, k = 0 to 4 (in reverse order the sines), for the corners of the polygon of a disc.
 const COS: [f32; 5] = [1.0, 0.923_879_5, 0.707_106_77, 0.382_683_43, 0.0];
 const DISC_CORNERS: usize = 16;
 
@@ -44,7 +44,7 @@ impl Frustum {
         }
     }
 
-    /// The normal of the end most along `d`, unless that end is a tip.
+    /// Normal of the end that faces `d`, unless that end is a tip.
     pub(crate) fn cap_normal(&self, d: Vec3) -> Option<Vec3> {
         let (radius, normal) =
             if d.y < 0.0 { (self.bottom, -Vec3::Y) } else { (self.top, Vec3::Y) };
@@ -60,16 +60,16 @@ impl Frustum {
         Self::azimuth(d) * self.c + Vec3::Y * self.s
     }
 
-    /// The line of the side at the azimuth of `d`, bottom first.
+    /// Line of the side at the azimuth of `d`, bottom first.
     pub(crate) fn side_line(&self, d: Vec3) -> [Vec3; 2] {
         let u = Self::azimuth(d);
         let end = vec3(0.0, self.half_height, 0.0);
         [u * self.bottom - end, u * self.top + end]
     }
 
-    /// The end most along `d` as a polygon: corners that turn with the body, so that a body at rest
-    /// keeps its points, and the one exact corner at the azimuth of `d`, so that a body that rolls
-    /// on its rim rolls smoothly.
+    /// Writes the end that faces `d` as a polygon. Most corners turn with the body, so that a body
+    /// at rest keeps its points. One exact corner is at the azimuth of `d`, so that a body rolls
+    /// smoothly on its rim.
     pub(crate) fn disc(&self, d: Vec3, out: &mut Polygon) {
         out.clear();
         let up = d.y >= 0.0;
@@ -78,7 +78,7 @@ impl Frustum {
         let lowest = Self::azimuth(d);
         let mut inserted = false;
         for k in 0..DISC_CORNERS {
-            // Counter-clockwise seen from outside: against the turn from x to z on the upper end.
+            // Counter-clockwise seen from outside: on the upper end from z to x.
             let at = |k: usize| rim(if up { DISC_CORNERS - k } else { k });
             let (here, next) = (at(k), at(k + 1));
             out.add(vec3(here.x * radius, y, here.z * radius), number(k));
@@ -125,7 +125,7 @@ impl Frustum {
                 }
             }
             let length = least.sqrt();
-            // So close to the surface the difference of the points has no direction.
+            // So close to the surface, the difference of the points has no direction.
             if length > 1.0e-6 * (h + self.bottom + self.top) {
                 distance = length;
                 (out_rho, out_y) = ((rho - rho_on) / length, (p.y - y_on) / length);
@@ -145,7 +145,7 @@ const fn number(k: usize) -> u32 {
     k as u32
 }
 
-/// The unit circle at k π/8, from x to z.
+/// Point of the unit circle at k π/8, from x to z.
 fn rim(k: usize) -> Vec3 {
     let k = k % DISC_CORNERS;
     let j = k % 4;

@@ -1,10 +1,10 @@
-//! Any two convex cores: a normal from distance or overlap, then a manifold from the features that
-//! look along it.
+//! Collides any two convex cores: finds a normal from distance or overlap, then a manifold from the
+//! features that face along it.
 //!
-//! The overlap of round bodies is found as a distance too: once [`epa`] has given a direction, B is
-//! moved out along it and the closest points of the bodies apart give a better one. The exact
-//! direction is the fixed point of that; an error of the direction shrinks by about the depth over
-//! the radius of curvature in each round, and is gone at once where a flat side touches.
+//! The overlap of round bodies is found as a distance too. Once [`epa`] has found a direction, B is
+//! moved out along it, and the closest points of the separated bodies give a better direction. The
+//! exact direction is the fixed point of this iteration. Each round reduces its error by about the
+//! depth over the radius of curvature; where a flat side touches, one round is exact.
 
 use super::convex::Convex;
 use super::round::along_a_line;
@@ -16,14 +16,15 @@ use crate::geometry::gjk::{self, Closest};
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::{Manifold, REFERENCE_B};
 
-/// Cosine of 0.02 rad: a normal so close to that of a flat side is made the same, if that costs no depth.
+/// Cosine of 0.02 rad: a normal this close to that of a flat side snaps to it, if that costs no
+/// depth.
 const SNAP: f32 = 1.0 - 2.0e-4;
-/// Cosine of 0.002 rad: lines so close to a right angle with the normal may carry the contact.
+/// Cosine of 0.002 rad: lines this close to a right angle with the normal may carry the contact.
 const STRAIGHT: f32 = 1.0 - 2.0e-6;
 
-/// Parts of the size: below NEAR closest points give no good normal; APART is how far bodies are
-/// moved apart to get one; TIED is a difference of depth that does not count, next to the rounding
-/// of coordinates.
+/// Fractions of the size. Below NEAR, closest points give no good normal. APART is the shift that
+/// separates bodies to find one. TIED is a negligible difference of depth, in addition to the
+/// rounding of coordinates.
 const NEAR: f32 = 0.01;
 const APART: f32 = 0.02;
 const TIED: f32 = 1.0e-3;
@@ -31,10 +32,10 @@ const ROUNDING: f32 = 5.0e-7;
 const EPA_TOLERANCE: f32 = 5.0e-4;
 const REFINEMENTS: usize = 4;
 
-/// The feature of a lone point.
+/// Feature id of a single point.
 const SINGLE: u32 = 0x2000_0000;
 
-/// Which solid's flat side carries a contact.
+/// The solid whose flat side carries a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Flat {
     A,
@@ -46,13 +47,13 @@ struct Pair<'a> {
     a: &'a Convex<'a>,
     b: &'a Convex<'a>,
     b_in_a: &'a Pose,
-    /// The extent of the smaller one [m].
+    /// Extent of the smaller one [m].
     size: f32,
-    /// A difference of depth that does not count [m].
+    /// Negligible difference of depth [m].
     tied: f32,
 }
 
-/// The manifold in the frame of A. Pairs of hulls that overlap are left to `sat`.
+/// Computes the manifold in the frame of A. `sat` handles pairs of hulls that overlap.
 pub(super) fn collide(a: &Convex<'_>, b: &Convex<'_>, b_in_a: &Pose, margin: f32) -> Manifold {
     let pair = Pair::new(a, b, b_in_a);
     let Some(closest) = pair.closest(margin) else { return Manifold::default() };
@@ -62,7 +63,7 @@ pub(super) fn collide(a: &Convex<'_>, b: &Convex<'_>, b_in_a: &Pose, margin: f32
     pair.manifold(&closest, margin)
 }
 
-/// The same for two cores that are clearly apart; `None` if they are not.
+/// Does the same for two cores that are clearly apart; returns `None` if they are not.
 pub(super) fn collide_apart(
     a: &Convex<'_>,
     b: &Convex<'_>,
@@ -81,13 +82,13 @@ impl<'a> Pair<'a> {
     fn new(a: &'a Convex<'a>, b: &'a Convex<'a>, b_in_a: &'a Pose) -> Self {
         let (size_a, size_b) = (a.size(), b.size());
         let (small, large) = (lesser(size_a, size_b), greater(size_a, size_b));
-        // A point, or a capsule that is a sphere, has no extent of its own.
+        // A point, or a capsule that is a sphere, has no extent.
         let size = if small > 1.0e-5 * large { small } else { large };
         let tied = TIED * size + ROUNDING * (large + b_in_a.position.length());
         Self { a, b, b_in_a, size, tied }
     }
 
-    /// From the middle of A to that of B: a first guess.
+    /// Vector from the middle of A to that of B: a first guess of the direction.
     fn start(&self) -> Vec3 {
         self.b_in_a.point(self.b.center()) - self.a.center()
     }
@@ -101,7 +102,7 @@ impl<'a> Pair<'a> {
         n.dot(self.support_b(-n) - self.a.support(n))
     }
 
-    /// Closest or deepest points; `distance` is signed.
+    /// Returns the closest or deepest points; `distance` is signed.
     fn closest(&self, margin: f32) -> Option<Closest> {
         let apart = gjk::distance(|d| self.a.support(d), |d| self.support_b(d), self.start());
         if let Some(c) = apart
@@ -129,7 +130,7 @@ impl<'a> Pair<'a> {
         best
     }
 
-    /// Closest points after B is moved along `n` until it is clear of A, moved back again.
+    /// Moves B along `n` until it is clear of A, and returns the closest points, moved back again.
     fn moved_apart(&self, n: Vec3) -> Option<Closest> {
         let before = self.separation(n);
         let shift = n * (APART * self.size - before);
@@ -139,7 +140,8 @@ impl<'a> Pair<'a> {
             (distance, normal) = (before, n);
         }
         let point_b = c.point_b - shift;
-        // The move was along n, the answer is along the new normal: what lies across is halved.
+        // The shift was along n, the result is along the new normal: each point takes half the
+        // difference.
         let off = (point_b - c.point_a) - normal * distance;
         Some(Closest {
             distance,
@@ -164,8 +166,8 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The flat side that carries the contact, if its normal is as good as the one found, and the
-    /// contact with that exact normal.
+    /// Returns the flat side that carries the contact, if its normal is as good as the one found,
+    /// and the contact with that exact normal.
     fn snapped(&self, closest: &Closest) -> (Closest, Flat) {
         let n = closest.normal;
         let of_a = self.a.face_normal(n);
@@ -183,7 +185,7 @@ impl<'a> Pair<'a> {
         (*closest, Flat::Neither)
     }
 
-    /// Up to four points from the features that look along the normal.
+    /// Returns up to four points of the features that face along the normal.
     fn manifold(&self, closest: &Closest, margin: f32) -> Manifold {
         let (c, flat) = self.snapped(closest);
         let (a, b, pose, n) = (self.a, self.b, self.b_in_a, c.normal);
@@ -199,12 +201,12 @@ impl<'a> Pair<'a> {
         if m.count > 0 {
             return m;
         }
-        // What is beside the flat side is not carried by it: the normal found is the one of these points.
+        // Points beside the flat side do not belong to it; their normal is the one found.
         let middle = (closest.point_a + closest.point_b) * 0.5;
         Manifold::single(closest.normal, middle, closest.distance, SINGLE)
     }
 
-    /// Two points where a line on A lies along a line on B.
+    /// Returns two points where a line on A lies along a line on B.
     fn along_lines(&self, c: &Closest, margin: f32) -> Manifold {
         let line_a = self.a.line(c.normal);
         let line_b = self.b.line(-self.b_in_a.local_direction(c.normal));
@@ -220,7 +222,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// A's flat side along `n` against what B has there; in the frame of A.
+/// Collides A's flat side along `n` with the feature of B that faces it; in the frame of A.
 fn against_face(
     a: &Convex<'_>,
     n: Vec3,
@@ -245,9 +247,9 @@ fn against_face(
     clip(&reference, &mut incident, &low, margin, flag)
 }
 
-/// The outward direction along which a segment that meets a hull leaves it first: normals of faces,
-/// and edges crossed with the segment where the segment's circle on the Gauss map crosses the
-/// edge's arc.
+/// Returns the outward direction along which a segment that intersects a hull has the shortest way
+/// out. Candidates are normals of faces, and cross products of edges with the segment where the
+/// segment's circle on the Gauss map crosses the edge's arc.
 fn segment_in_hull(hull: &Hull, ends: [Vec3; 2]) -> Vec3 {
     let mut best = (Vec3::Y, f32::NEG_INFINITY);
     for plane in &hull.planes {
@@ -265,7 +267,7 @@ fn segment_in_hull(hull: &Hull, ends: [Vec3; 2]) -> Vec3 {
         }
         let [tail, head] = [pair[0], pair[1]].map(|e| hull.vertices[usize::from(e.origin)]);
         let axis = (head - tail).cross(along);
-        // The point of the arc at right angles to the segment.
+        // The point of the arc perpendicular to the segment.
         let outward = u * q.abs() + v * p.abs();
         let axis = if axis.dot(outward) < 0.0 { -axis } else { axis };
         let Some(n) = axis.try_normalize() else { continue };

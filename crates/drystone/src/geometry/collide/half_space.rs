@@ -8,7 +8,7 @@ use crate::geometry::manifold::{Manifold, ManifoldPoint};
 
 const BATCH: usize = 64;
 
-/// The manifold in the frame of the half-space.
+/// Computes the manifold in the frame of the half-space.
 pub(super) fn collide(
     normal: Vec3,
     offset: f32,
@@ -48,7 +48,7 @@ struct Lowest {
     normal: Vec3,
     offset: f32,
     margin: f32,
-    /// Of all points.
+    /// Minimum separation over all points.
     least: f32,
     points: [ManifoldPoint; BATCH],
     count: usize,

@@ -1,12 +1,13 @@
 //! A mesh against a convex solid.
 //!
-//! Each triangle near the solid is tested alone, seen from the side where the solid's center is. Its
-//! normal may leave the face's only as far as the neighbor behind the edge allows, so a surface cut
-//! into triangles pushes as if it were not cut. Contacts with nearly equal normals then share a
-//! manifold. Triangles are taken in the order of their numbers: the tree's order never matters.
+//! Each triangle near the solid is tested alone, seen from the side of the solid's center. Its
+//! normal may deviate from the face normal only as far as the neighbor behind the edge allows. A
+//! surface cut into triangles therefore pushes as if it were not cut. Contacts with nearly equal
+//! normals then share a manifold. Triangles are processed in the order of their numbers: the tree's
+//! order never matters.
 //!
-//! What a triangle against a polytope goes through is inlined into the one dispatch of a test: so all of it is made for
-//! the machine's lanes, and no call spills them.
+//! The functions for a triangle against a polytope are inlined into a single dispatch per test. All
+//! of them are then compiled for the machine's lanes, and no call spills registers.
 
 mod clip;
 mod contacts;
@@ -47,7 +48,7 @@ enum Placed<'a> {
     Frustum(PlacedFrustum),
 }
 
-/// Memory kept from one test to the next; nothing in it outlives a test in meaning.
+/// Scratch memory, reused from test to test; its content is valid within one test only.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeshScratch {
     stack: Vec<u32>,
@@ -58,9 +59,9 @@ pub(crate) struct MeshScratch {
     clipper: Clipper,
 }
 
-/// The manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame of A: at most
-/// [`MAX_PARTS`], each with a normal of its own, the deepest first. Returns how many were written to
-/// `out`. The first of `out` tells how far apart the two are, or all that has no points.
+/// Computes the manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame
+/// of A. There are at most [`MAX_PARTS`], each with its own normal, the deepest first. Returns the
+/// number of manifolds written to `out`. The first one has the [`Manifold::gap`].
 pub(crate) fn collide_mesh(
     level: Level,
     mesh: &Mesh,
@@ -82,8 +83,8 @@ pub(crate) fn collide_mesh(
     })
 }
 
-/// Collects the contacts of the triangles near the solid; returns how far apart it is from all triangles, at least, and from
-/// what has no points [m].
+/// Collects the contacts of the triangles near the solid. Returns lower bounds on its distance from
+/// all triangles, and from all parts without points [m].
 #[inline(always)]
 fn collect<S: Simd>(
     simd: S,
@@ -178,7 +179,7 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
         }
         _ => (b.radius, b.radius),
     };
-    // Long for its size, but never coarse for the thinnest side.
+    // A long solid has a large size, but the thinnest side limits it.
     let size = lesser(most, 20.0 * least);
     Limits {
         margin,
@@ -187,7 +188,7 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
         corners: reach.corners,
         merge: 1.0e-3 * size + reach.grain,
         bias: 5.0e-4 * size,
-        // The gap over an edge that counts as flat is that turn times the height of the core.
+        // The gap over an edge that counts as flat is that angle times the height of the core.
         doubt: 2.0e-2 * size,
         slack: 1.0e-4 * size + 5.0e-3 * (b.radius + margin),
     }

@@ -1,4 +1,4 @@
-//! The lanes of every level against each other and against searches one by one.
+//! Compares the lanes of all SIMD levels with each other and with scalar searches.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ fn every_simd_level_gives_the_same_bits() {
                 let (mut out, mut scratch) =
                     ([Manifold::default(); MAX_PARTS], MeshScratch::default());
                 let n = collide_mesh(level.0, &mesh, &solid, &pose, &reach, &mut scratch, &mut out);
-                // All numbers, as text that tells any two of them apart.
+                // All numbers as text, which distinguishes any two of them.
                 (n, format!("{:?}", &out[..n.max(1)]))
             });
             let mut made: Vec<_> = made.collect();
@@ -61,7 +61,7 @@ fn the_box_from_lanes_is_the_box_from_supports() {
 
 #[test]
 fn the_edge_of_a_polytope_that_separates_most_is_that_of_a_search_one_by_one() {
-    // A ridge: the polytope comes down on it with an edge across.
+    // A ridge: an edge of the polytope lands across it.
     let mesh = grid(2, 1.0, false, |x, _| -x.abs());
     let mut rng = Rng(23);
     let mut on_edges = 0;
@@ -69,7 +69,7 @@ fn the_edge_of_a_polytope_that_separates_most_is_that_of_a_search_one_by_one() {
         let solid = pebble(&mut rng, 0.5);
         let pose = Pose::new(vec3(0.0, 0.45, 0.0) + rng.vector(0.02), rng.rotation());
         let Core::Hull(hull) = &solid.core else { unreachable!() };
-        // Along each direction between the two sides of the ridge the polytope reaches down so far.
+        // Extent of the polytope downwards along each direction between the two sides of the ridge.
         let low = |n: Vec3| {
             let reach = |v: &Vec3| n.dot(pose.point(*v));
             hull.vertices().iter().map(reach).fold(f32::INFINITY, f32::min)
@@ -80,10 +80,10 @@ fn the_edge_of_a_polytope_that_separates_most_is_that_of_a_search_one_by_one() {
         let mut out = [Manifold::default(); MAX_PARTS];
         let (reach, mut scratch) = (Reach::still(0.2), MeshScratch::default());
         let n = collide_mesh(Level::new(), &mesh, &solid, &pose, &reach, &mut scratch, &mut out);
-        // A vertex in the middle of the ridge may come out instead, with its own normal.
+        // A vertex in the middle of the ridge may be the result instead, with its own normal.
         let on_ridge = out[0].normal.x.abs() < 0.7 && out[0].normal.z.abs() < 1.0e-3;
         if n == 1 && best > 0.0 && out[0].count == 1 && on_ridge {
-            // The directions are 0.001 apart, and the separation changes by no more than the radius
+            // The directions are 0.001 apart, and the separation changes by at most the radius
             // times that.
             let found = out[0].points[0].separation;
             assert!((found - best).abs() < 1.0e-3 * 0.5 + 1.0e-5, "{found} {best}");

@@ -26,7 +26,7 @@ const MARGIN: f32 = 0.02;
 struct Rng(u32);
 
 impl Rng {
-    /// 0 to 1.
+    /// A random number, 0 to 1.
     fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (self.0 >> 8) as f32 / 16_777_216.0
@@ -41,7 +41,7 @@ impl Rng {
     }
 }
 
-/// n × n squares of two triangles each over [-half, half]², at the height that `y` gives.
+/// n × n squares of two triangles each over [-half, half]², at the height that `y` returns.
 fn grid(n: u32, half: f32, flip: bool, y: impl Fn(f32, f32) -> f32) -> Mesh {
     let at = |i: u32| (i as f32 / n as f32 - 0.5) * 2.0 * half;
     let mut v = Vec::new();
@@ -104,7 +104,7 @@ fn collide(mesh: &Mesh, b: &Solid, pose: &Pose) -> Vec<Manifold> {
     out[..n].to_vec()
 }
 
-/// On its side: the axis along x.
+/// A rotation that lays a solid on its side: its axis along x.
 fn lying() -> Quat {
     Quat::from_axis_angle(Vec3::Z, core::f32::consts::FRAC_PI_2)
 }
@@ -187,7 +187,7 @@ fn nothing_that_tilts_or_sinks_on_a_flat_grid_ever_gets_another_normal() {
                 let place = rng.vector(3.0);
                 let pose = Pose::new(vec3(place.x, down - depth, place.z), rotation);
                 let m = collide(&mesh, solid, &pose);
-                // The box around a frustum is exact, that of a hull is not.
+                // The bounding box of a frustum is exact, that of a hull is not.
                 let low = match &solid.core {
                     Core::Hull(h) => {
                         h.vertices().iter().map(|v| pose.point(*v).y).fold(9.0, f32::min)
@@ -206,7 +206,7 @@ fn nothing_that_tilts_or_sinks_on_a_flat_grid_ever_gets_another_normal() {
     }
 }
 
-/// Slopes of `angle` down on both sides of the z axis.
+/// Slopes downwards on both sides of the z axis.
 fn roof(n: u32, slope: f32) -> Mesh {
     grid(n, 2.0, false, |x, _| -x.abs() * slope)
 }
@@ -302,7 +302,8 @@ fn a_solid_beside_a_step_is_pushed_away_from_it_not_down_or_up() {
     }
 }
 
-/// Like [`step`], in squares of 1 m: half of the triangles of its wall meet the top in a corner only.
+/// Like [`step`], in squares of 1 m: half of the triangles of its wall meet the top in a corner
+/// only.
 fn step_in_squares() -> Mesh {
     let mut v = Vec::new();
     let mut t = Vec::new();
@@ -346,7 +347,7 @@ fn a_box_on_a_ledge_is_not_pushed_by_the_wall_below_it() {
 
 #[test]
 fn a_box_that_hangs_over_a_ledge_is_not_pulled_in_by_the_wall_below_it() {
-    // Its center has just passed the wall's plane, over the ledge: from there the wall is seen from
+    // Its center has just passed the wall's plane, over the ledge; from there the wall is seen from
     // within the ground. Half of the wall's triangles meet the ledge in a corner only.
     let mut v: Vec<Vec3> = Vec::new();
     let mut t = Vec::new();
@@ -494,7 +495,7 @@ fn what_overlaps_rough_ground_is_always_held() {
         }
     }
     assert!(touching > 1000, "{touching}");
-    // One cylinder that a corner enters at its rim is seen as just touching.
+    // A cylinder whose rim a corner enters is reported as just touching.
     let round = |m: &(u32, String, Pose, f32, Vec<Manifold>)| m.1.starts_with("Frustum");
     assert!(
         missed.len() <= 1 && missed.iter().all(round),

@@ -1,4 +1,4 @@
-//! Bodies at rest: the number of points, their spread, and that nothing jumps when poses tremble.
+//! Bodies at rest: the number of points, their spread, and no jumps when poses jitter.
 
 use super::tests::{Random, best, least, touch};
 use super::{PairCache, collide};
@@ -97,7 +97,7 @@ fn small_and_large_solids_rest_alike() {
                 let pose = Pose::new(vec3(0.1, 0.5 + height - depth, 0.2) * scale, q);
                 let m = touch(&ground, &shape, &pose, 0.02 * scale);
                 assert_eq!(m.count, count, "{scale} {shape:?} {m:?}");
-                // The rotation of the pose rounds: exact but for that.
+                // The rotation of the pose rounds; the normal is exact otherwise.
                 assert!((m.normal - Vec3::Y).length() < 1.0e-6, "{scale} {shape:?} {m:?}");
                 for p in m.points() {
                     assert!((p.separation + depth * scale).abs() < 1.0e-5 * scale, "{m:?}");
@@ -208,7 +208,7 @@ fn crossed_box_edges_touch_in_one_point() {
     let q = Quat::from_axis_angle(Vec3::Y, QUARTER) * Quat::from_axis_angle(Vec3::X, QUARTER / 2.0);
     let roll = Quat::from_axis_angle(Vec3::X, QUARTER / 2.0);
     let half = 0.5 * 2.0_f32.sqrt();
-    // In the frame of A its upper edge along x looks to +y +z.
+    // In the frame of A its upper edge along x points to +y +z.
     let up = vec3(0.0, 1.0, 1.0) * 0.5_f32.sqrt();
     let pose = Pose::new(up * (2.0 * half - 0.001), roll * q);
     let m = touch(&a, &a, &pose, 0.02);
@@ -221,7 +221,7 @@ fn crossed_box_edges_touch_in_one_point() {
 fn a_triangle_is_a_polytope_of_two_faces() {
     let vertices = [vec3(-2.0, 0.0, -2.0), vec3(0.0, 0.0, 3.0), vec3(2.0, 0.0, -2.0)];
     let planes = [Plane { normal: Vec3::Y, offset: 0.0 }, Plane { normal: -Vec3::Y, offset: 0.0 }];
-    // Face 0 runs 0 1 2, face 1 back.
+    // Face 0 has the corners 0 1 2, face 1 in reverse order.
     let edge = |origin, face, next| HalfEdge { origin, face, next };
     let edges =
         [edge(0, 0, 2), edge(1, 1, 5), edge(1, 0, 4), edge(2, 1, 1), edge(2, 0, 0), edge(0, 1, 3)];
@@ -246,7 +246,7 @@ fn a_triangle_is_a_polytope_of_two_faces() {
             &mut PairCache::default(),
         );
         assert_eq!(w.count, 4);
-        // Beside the triangle there is nothing.
+        // Beside the triangle there is no contact.
         let beside = Pose::new([4.0, 0.0, 0.0], turn);
         let none = collide_hulls(best(), triangle, &hull, &beside, 0.02, &mut PairCache::default());
         assert_eq!(none.count, 0);

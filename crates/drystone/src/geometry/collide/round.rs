@@ -1,4 +1,4 @@
-//! Spheres and capsules among themselves, in closed form. Cores only: the radii come later.
+//! Closed forms for pairs of spheres and capsules. Cores only: the caller adds the radii.
 
 use crate::base::math::{Vec3, lesser, vec3};
 use crate::base::pose::Pose;
@@ -6,14 +6,14 @@ use crate::geometry::clip::{clamp01, closest_of_segments};
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::{Manifold, ManifoldPoint};
 
-/// Features of the two points of parallel segments; 0 is the single point.
+/// Feature ids of the two points of parallel segments; 0 is the single point.
 const FIRST: u32 = 1;
 const SECOND: u32 = 2;
 
 /// Squared sine below which segments may touch along a line.
 const PARALLEL: f32 = 1.0e-3;
-/// Part of the distance by which parallel segments may be apart sideways at the ends of that line:
-/// the distance there is then the least one within 0.1 %.
+/// Maximum sideways distance of parallel segments at the ends of the common line, relative to their
+/// distance: the distance there is then the minimum within 0.1 %.
 const SIDEWAYS: f32 = 0.05;
 
 fn between(a: Vec3, b: Vec3, margin: f32, otherwise: Vec3) -> Manifold {
@@ -41,8 +41,8 @@ pub(super) fn point_segment(half_height: f32, b_in_a: &Pose, margin: f32) -> Man
     between(Vec3::ZERO, tail + along * t, margin, across)
 }
 
-/// A point (A) and a hull (B), where one face decides: the point is inside, above the inner part of
-/// the face, or too far away. `None` leaves edges and corners to the general case.
+/// A point (A) and a hull (B), where a single face decides: the point is inside, above the inner
+/// part of the face, or too far away. `None` leaves edges and corners to the general case.
 pub(super) fn point_face(hull: &Hull, b_in_a: &Pose, margin: f32) -> Option<Manifold> {
     let p = b_in_a.local_point(Vec3::ZERO);
     let (mut face, mut distance) = (0, f32::NEG_INFINITY);
@@ -82,7 +82,7 @@ pub(super) fn segments(half_a: f32, half_b: f32, b_in_a: &Pose, margin: f32) -> 
     let a = [-end_a, end_a];
     let b = [b_in_a.position - end_b, b_in_a.position + end_b];
     let (on_a, on_b) = closest_of_segments(a, b);
-    // Crossing or touching segments have no closest direction: the one at right angles to both.
+    // Crossing or touching segments have no closest direction: uses the one perpendicular to both.
     let across = end_a.cross(end_b).normalize_or(Vec3::X);
     let one = between(on_a, on_b, margin, across);
     if one.count == 0 {
@@ -92,9 +92,9 @@ pub(super) fn segments(half_a: f32, half_b: f32, b_in_a: &Pose, margin: f32) -> 
     along_a_line(a, b, one.normal, SIDEWAYS * distance, margin).unwrap_or(one)
 }
 
-/// The two ends of the line along which near parallel segments touch along `normal`; `None` if they
-/// are not parallel, side by side only at a point, or farther apart than `sideways` [m] across the
-/// normal somewhere on the line.
+/// Returns the two ends of the line along which nearly parallel segments touch along `normal`.
+/// Returns `None` if they are not parallel, overlap lengthwise only at a point, or are farther
+/// apart than `sideways` [m] across the normal somewhere on the line.
 pub(super) fn along_a_line(
     a: [Vec3; 2],
     b: [Vec3; 2],

@@ -1,4 +1,4 @@
-//! Every pair of kinds against closed forms, against another engine and against itself exchanged.
+//! Every pair of kinds against closed forms, against another engine, and with A and B exchanged.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ use crate::geometry::solid::{Core, Solid};
 pub(in crate::geometry) struct Random(pub(in crate::geometry) u64);
 
 impl Random {
-    /// From -1 to 1.
+    /// A random number from -1 to 1.
     pub(in crate::geometry) fn signed(&mut self) -> f32 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -146,7 +146,8 @@ fn the_separation_is_that_along_the_normal_and_no_direction_separates_more() {
         assert!((m.normal.length() - 1.0).abs() < 1.0e-5, "{what:?}");
         let s = least(&m);
         let exact = along(a, b, pose, m.normal);
-        // Deep in a hull the deepest corner may lie beside the face that pushes it out.
+        // In a deep overlap with a hull the deepest corner may be beside the face that pushes it
+        // out.
         let lost = if exact < -0.02 { 0.05 } else { 1.0e-3 };
         assert!(s > exact - 1.0e-3 && s < exact + lost, "{what:?} {s} {exact} {m:?}");
         assert!(best < exact + 1.0e-3, "{what:?}: {best} is better than {exact} {m:?}");
@@ -166,14 +167,14 @@ fn separations_agree_with_parry() {
         let what = (a.kind(), b.kind(), pose);
         let between_hulls = |s: &Shape| matches!(s, Shape::Box { .. } | Shape::Hull(_));
         if theirs.dist > 0.0 && between_hulls(a) && between_hulls(b) {
-            // The axis of a corner against a corner is none of those that hulls are tested with.
+            // The axis between two corners is not among the tested axes of hulls.
             assert!(m.count == 0 || least(&m) < theirs.dist + 1.0e-3, "{what:?}");
             return;
         }
         assert!(m.count > 0, "{what:?} {theirs:?}");
         let s = least(&m);
-        // Their search for the depth of round bodies ends early now and then: what their normal
-        // proves is the distance.
+        // The peer's search for the depth of round bodies sometimes ends early: the reference is
+        // the distance that its normal proves.
         let n = theirs.normal1;
         let proven = along(a, b, pose, vec3(n.x, n.y, n.z));
         assert!(s > proven - 1.0e-3, "{what:?} {s} {proven} {theirs:?}");
@@ -195,7 +196,7 @@ fn a_pair_and_its_exchange_have_the_same_contact() {
         }
         assert!((least(&m) - least(&w)).abs() < 2.0e-3, "{what:?} {m:?} {w:?}");
         let turned = -pose.direction(w.normal);
-        // Two directions may be as good as each other: then only the depth is the same.
+        // Two directions may be equally good: then only the depth is the same.
         if turned.dot(m.normal) < 0.999 {
             let both = [along(a, b, pose, m.normal), along(a, b, pose, turned)];
             assert!((both[0] - both[1]).abs() < 2.0e-3, "{what:?} {both:?} {m:?} {w:?}");
@@ -214,7 +215,7 @@ fn half_spaces_touch_where_the_lowest_point_is() {
             let lowest = Solid::of(&shape).aabb(&pose).min.y;
             let m = touch(&ground, &shape, &pose, 0.05);
             let w = touch(&shape, &ground, &pose.inverse(), 0.05);
-            // The box around a turned hull is not tight.
+            // The bounding box of a rotated hull is not tight.
             if !matches!(shape, Shape::Hull(_)) {
                 assert_eq!(m.count > 0, lowest - 0.25 <= 0.05, "{shape:?} {pose:?}");
             }
@@ -306,11 +307,12 @@ fn what_is_apart_says_how_far() {
                 if near.count > 0 {
                     continue;
                 }
-                // What is said may be less: along one axis, or from one plane.
+                // The reported gap may be less than the distance: it is along one axis, or from one
+                // plane.
                 assert!(near.gap > 0.02, "{a:?} {b:?} {pose:?}: {}", near.gap);
                 if !(is_hull(&a) && is_hull(&b)) {
                     let far = least(&touch(&a, &b, &pose, 100.0));
-                    // A normal that is snapped to a flat side may cost a thousandth of the size.
+                    // A normal that snaps to a flat side may cost a thousandth of the size.
                     assert!(near.gap < far + 1.0e-3, "{a:?} {b:?}: {} {far}", near.gap);
                     seen += 1;
                 }

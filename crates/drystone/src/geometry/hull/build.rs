@@ -1,4 +1,5 @@
-//! Points to a [`Hull`]: checks the input, triangulates, joins coplanar faces, checks the result.
+//! Builds a [`Hull`] from points: checks the input, triangulates, joins coplanar faces, checks the
+//! result.
 
 use super::facets::{dent, polygons, unmerged};
 use super::quickhull::{Failure, Triangle, triangulate};
@@ -11,22 +12,24 @@ use crate::base::math::Vec3;
 /// A closed surface of triangles with n vertices has 6n - 12 half-edges, numbered in 16 bits.
 const MOST_VERTICES: usize = 10_000;
 
-/// What counts as coplanar, as part of the extent of the points. Points that come from text or from
-/// a rotation are good to 1e-6 of it; edges shorter than this carry no contact anyone can see.
+/// Coplanarity tolerance, relative to the extent of the points. Points from text or from a rotation
+/// are accurate to 1e-6 of it; edges shorter than this tolerance carry no visible contact.
 const COPLANAR: f64 = 1.0e-5;
 
-/// The least thickness of a hull, in tolerances and in meters: the latter as for other shapes.
+/// Minimum thickness of a hull, in tolerances and in meters; the latter is the same as for other
+/// shapes.
 const LEAST_TOLERANCES: f64 = 4.0;
 const LEAST_LENGTH: f64 = 1.0e-5;
 
-/// Where a surface does not close, a coarser view of it mostly does: the last factor allows errors
-/// of 64 * 8 * 1e-5 = 0.5 % of the extent, and was not needed by any cloud of our tests.
+/// Factors on the tolerance. Where a surface does not close, a coarser tolerance mostly closes it.
+/// The last factor allows errors of 64 * 8 * 1e-5 = 0.5 % of the extent; no point cloud of our
+/// tests needed it.
 const COARSER: [f64; 4] = [1.0, 4.0, 16.0, 64.0];
 
-/// Planes are pushed out so that all vertices are inside; by at most so many tolerances.
+/// Maximum distance, in tolerances, by which a plane is moved outward to hold all vertices.
 const MOST_PUSH: f64 = 8.0;
 
-/// Points that a hull can be of, as far as each says by itself.
+/// Checks each point by itself: finite, within range, and enough of them.
 pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(HullError::NotFinite(i));
@@ -40,8 +43,9 @@ pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     Ok(())
 }
 
-/// Refuses planes that are not those of these faces. A face's corners lie on its plane and all others behind it, as near as
-/// twice what the coarsest view of a cloud allows: points that were left out are not among the vertices.
+/// Refuses planes that do not belong to these faces. A face's corners must lie on its plane, and
+/// all other vertices behind it. The margin is twice the error at the coarsest tolerance, since
+/// points that were left out are not among the vertices.
 pub(super) fn check_planes(
     vertices: &[Vec3],
     planes: &[Plane],
@@ -88,7 +92,7 @@ pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, Hu
     Err(HullError::Numerical)
 }
 
-/// The points, as given and in double precision about the middle of their box.
+/// The points, as given and in double precision relative to the middle of their bounding box.
 struct Cloud<'a> {
     points: &'a [Vec3],
     relative: Vec<DVec3>,
@@ -107,8 +111,8 @@ impl<'a> Cloud<'a> {
         Self { points, relative, middle, tolerance }
     }
 
-    /// The hull with these faces; `None` if it is not closed, not convex or does not hold the
-    /// corners of `triangles`, all within some tolerances.
+    /// Builds the hull with these faces. Returns `None` if it is not closed, not convex or does not
+    /// contain the corners of `triangles`, all within some tolerances.
     fn hull(&self, loops: &[Vec<usize>], triangles: &[Triangle], tolerance: f64) -> Option<Hull> {
         let mut used: Vec<usize> = loops.iter().flatten().copied().collect();
         used.sort_unstable();
@@ -133,7 +137,7 @@ impl<'a> Cloud<'a> {
         Some(Hull::from_parts(vertices, planes, face_edges, edges))
     }
 
-    /// The plane of a face by Newell's sum over its edges, pushed out to hold all vertices.
+    /// Plane of a face by Newell's sum over its edges, moved outward to hold all vertices.
     fn plane(
         &self,
         face: &[usize],
@@ -149,7 +153,7 @@ impl<'a> Cloud<'a> {
         if length <= 0.0 {
             return None;
         }
-        // The rounded normal is the one that all later tests use, so it is the one to push.
+        // All later tests use the rounded normal, so the rounded plane is the one to move.
         let normal = (area * (1.0 / length)).single();
         let exact = DVec3::from(normal);
         let height = |v: usize| exact.dot(self.relative[v]);
@@ -204,7 +208,7 @@ mod tests {
         let hull = Hull::from_points(&points).unwrap();
         assert_eq!(counts(&hull), (8, 12, 6));
         assert!((hull.volume() - 48.0).abs() < 1e-4);
-        // The corners alone are the farthest points, so a limit of eight finds them.
+        // The corners alone are the farthest points, so a limit of eight keeps them.
         let hull = Hull::from_points_limited(&points, 8).unwrap();
         assert_eq!(counts(&hull), (8, 12, 6));
     }

@@ -1,4 +1,5 @@
-//! Triangles of a surface to polygons: coplanar neighbors are joined, what is left over is removed.
+//! Turns the triangles of a surface into polygons: joins coplanar neighbors and removes the
+//! vertices and faces that this makes unnecessary.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -10,16 +11,18 @@ use crate::base::double::{DVec3, greater};
 struct Facet {
     triangles: Vec<usize>,
     area: f64,
-    /// Least height of the triangle it began with: normals of slivers are not to be trusted.
+    /// Minimum height of its first triangle: normals of slivers are unreliable.
     height: f64,
-    /// The plane of the largest triangle: it stays while the facet grows, so errors do not add up.
+    /// The plane of the largest triangle. It stays fixed while the facet grows, so errors do not
+    /// add up.
     normal: DVec3,
     offset: f64,
-    /// Raised whenever the facet changes.
+    /// Incremented on every change of the facet.
     version: u32,
 }
 
-/// Smallest deviation first: its bits, the small facet and its version, the large facet and its.
+/// Queue entry, smallest deviation first: bits of the deviation, small facet and its version, large
+/// facet and its version.
 type Candidate = (u64, usize, u32, usize, u32);
 
 struct Merger<'a> {
@@ -31,11 +34,11 @@ struct Merger<'a> {
     queue: BinaryHeap<Reverse<Candidate>>,
 }
 
-/// The faces of the surface as loops of point numbers, counter-clockwise seen from outside.
+/// Returns the faces of the surface as loops of point numbers, counter-clockwise seen from outside.
 ///
-/// Facets whose corners all lie within `tolerance` of a larger neighbor's plane join it; slivers
-/// thinner than `tolerance` join the neighbor they fit best. A facet that is not a convex disc then
-/// (points scattered by about the tolerance can do that) goes back to its triangles.
+/// Facets whose corners all lie within `tolerance` of a larger neighbor's plane join it. Slivers
+/// thinner than `tolerance` join the neighbor that fits best. Points scattered by about the
+/// tolerance can produce a facet that is not a convex disc; it is split into its triangles again.
 pub(super) fn polygons(
     points: &[DVec3],
     triangles: &[Triangle],
@@ -54,8 +57,8 @@ pub(super) fn polygons(
     loops
 }
 
-/// How far a loop is from convex: the greatest distance of a corner inside the line from the corner
-/// before to that after it.
+/// Deviation of a loop from convexity: the maximum distance by which a corner lies inside the line
+/// from the corner before it to the one after it.
 pub(super) fn dent(points: &[DVec3], face: &[usize], normal: DVec3) -> f64 {
     let p = |k: usize| points[face[k % face.len()]];
     let mut worst: f64 = 0.0;
@@ -69,7 +72,7 @@ pub(super) fn dent(points: &[DVec3], face: &[usize], normal: DVec3) -> f64 {
     worst
 }
 
-/// The faces of the surface as triangles.
+/// Returns the faces of the surface as triangles.
 pub(super) fn unmerged(triangles: &[Triangle]) -> Vec<Vec<usize>> {
     triangles.iter().map(|t| t.v.to_vec()).collect()
 }
@@ -107,7 +110,7 @@ impl<'a> Merger<'a> {
         }
     }
 
-    /// Moves the triangles of `small` to `large` and looks at the edges that came with them.
+    /// Moves the triangles of `small` to `large` and considers the edges that came with them.
     fn join(&mut self, small: usize, large: usize) {
         let moved = core::mem::take(&mut self.facets[small].triangles);
         self.facets[small].version += 1;
@@ -146,8 +149,8 @@ impl<'a> Merger<'a> {
                 deviation = greater(deviation, d.abs());
             }
         }
-        // A sliver's corner lies within its own height of a neighbor's edge, which lies within the
-        // tolerance of that neighbor's plane.
+        // A sliver's corner lies within the sliver's height of a neighbor's edge, and this edge
+        // lies within the tolerance of that neighbor's plane.
         let sliver = part.height < self.tolerance;
         let limit = if sliver { 3.0 * self.tolerance } else { self.tolerance };
         // Folded pieces are within the tolerance of the plane too; joining them would turn a thin
@@ -164,7 +167,7 @@ impl<'a> Merger<'a> {
         }
     }
 
-    /// The rim of a facet; `None` if it is more than one loop or meets a vertex twice.
+    /// Returns the rim of a facet; `None` if it is more than one loop or meets a vertex twice.
     fn boundary(&self, f: usize) -> Option<Vec<usize>> {
         let inside = |t: usize| self.facet_of[t] == f;
         let mut rim: Vec<(usize, usize)> = Vec::new();
@@ -187,14 +190,15 @@ impl<'a> Merger<'a> {
             let i = rim.binary_search_by_key(&at.1, |e| e.0).ok()?;
             at = rim[i];
         }
-        // As many steps as edges lead back to the start only if there is one loop: a shorter loop
-        // would have repeated its first vertex.
+        // A walk of as many steps as edges returns to the start only if there is one loop: a
+        // shorter loop would have repeated its first vertex.
         let repeated = vertices[1..].contains(&vertices[0]);
         (at == rim[0] && !repeated).then_some(vertices)
     }
 }
 
-/// Removes vertices where only two faces meet, and faces that have less than three vertices then.
+/// Removes vertices where only two faces meet, and faces that are left with fewer than three
+/// vertices.
 fn remove_collinear(loops: &mut Vec<Vec<usize>>, points: usize) {
     loop {
         let mut degree = vec![0_u32; points];

@@ -1,7 +1,8 @@
-//! A hull's vertices, planes and edges laid out for the search of separating axes: eight at a time.
+//! A hull's vertices, planes and edges in groups of eight, for the search for separating axes.
 //!
-//! What is asked outside of a kernel is plain arrays: a lane never depends on its neighbour, so the compiler makes
-//! of each loop what the target has, and the result is the same everywhere.
+//! Functions outside a kernel use plain arrays. A lane never depends on its neighbour, so the
+//! compiler turns each loop into the target's vector instructions, and the result is the same
+//! everywhere.
 
 use fearless_simd::Simd;
 
@@ -11,7 +12,7 @@ use crate::base::wide::{
     ALL, LANES, Lanes, Vec3w, above, bits, lanes_in_use, least, load, max, min, most, splat,
 };
 
-/// Three coordinates, eight of each.
+/// Eight vectors, one array per coordinate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vectors {
     x: Lanes,
@@ -47,15 +48,15 @@ pub(crate) struct EdgeLanes {
     pub(crate) normals: [Vectors; 2],
 }
 
-/// What bounds how far eight edges can separate: the offsets of their two faces [m], and the cosine of half the angle
-/// between the normals of these.
+/// Bounds on the separation along eight edges: the offsets of their two faces [m], and the cosine
+/// of half the angle between the normals of these faces.
 #[derive(Clone, Copy, Debug)]
 struct EdgeBounds {
     offsets: [Lanes; 2],
     cos: Lanes,
 }
 
-/// An edge: its tail and how it runs [m], and the normals of its two faces.
+/// An edge: its start and direction vector [m], and the normals of its two faces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub(crate) tail: Vec3,
@@ -63,10 +64,10 @@ pub(crate) struct Edge {
     pub(crate) normals: [Vec3; 2],
 }
 
-/// Most edges that are listed.
+/// Maximum number of edges in an [`EdgeList`].
 const LISTED: usize = 64;
 
-/// Some edges of a hull, by their first half-edges; too many are not listed.
+/// Some edges of a hull, by their first half-edges; a list that is too long counts as all edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeList {
     numbers: [u16; LISTED],
@@ -88,22 +89,22 @@ impl EdgeList {
         self.count == 0
     }
 
-    /// `None`: all of them.
+    /// Returns the half-edges in the list; `None` means all edges.
     #[inline(always)]
     pub(crate) fn numbers(&self) -> Option<&[u16]> {
         self.numbers.get(..self.count)
     }
 }
 
-/// See the module.
+/// A hull's data in lanes, see the module.
 #[derive(Clone, Debug)]
 pub(crate) struct HullLanes {
-    /// Vertices; the last group is filled up with the last vertex.
+    /// Vertices; the last group is padded with the last vertex.
     vertices: Vec<Vectors>,
-    /// Normals and offsets of the faces; the last group is filled up with the last plane.
+    /// Normals and offsets of the faces; the last group is padded with the last plane.
     normals: Vec<Vectors>,
     offsets: Vec<Lanes>,
-    /// Edges; the last group is filled up with the last edge.
+    /// Edges; the last group is padded with the last edge.
     edges: Vec<EdgeLanes>,
     edge_bounds: Vec<EdgeBounds>,
     edge_count: usize,
@@ -125,7 +126,7 @@ impl HullLanes {
         let normals: Vec<Vec3> = planes.iter().map(|p| p.normal).collect();
         let offset = |e: HalfEdge| planes[usize::from(e.face)].offset;
         let bounds = |pairs: &[HalfEdge]| {
-            // The last one fills up its group.
+            // The last edge pads its group.
             let pair = |lane: usize| &pairs[2 * lane.min(pairs.len() / 2 - 1)..][..2];
             let side = |k: usize| core::array::from_fn(|lane| offset(pair(lane)[k]));
             let cos = core::array::from_fn(|lane| half_angle(pair(lane)));
@@ -156,25 +157,25 @@ impl HullLanes {
         }
     }
 
-    /// The vertices [m, local]; the last group is filled up with the last vertex.
+    /// The vertices [m, local]; the last group is padded with the last vertex.
     #[inline]
     pub(crate) fn vertices(&self) -> &[Vectors] {
         &self.vertices
     }
 
-    /// Normals and offsets of the faces; the last group is filled up with the last face.
+    /// Normals and offsets of the faces; the last group is padded with the last face.
     #[inline]
     pub(crate) fn planes(&self) -> impl Iterator<Item = (&Vectors, &Lanes)> {
         self.normals.iter().zip(&self.offsets)
     }
 
-    /// The edges in the order of their numbers.
+    /// The edges, in the order of their numbers.
     #[inline]
     pub(crate) fn edges(&self) -> &[EdgeLanes] {
         &self.edges
     }
 
-    /// The corners of the box around the turned vertices.
+    /// Corners of the bounding box of the rotated vertices.
     #[inline(always)]
     pub(crate) fn turned_bounds<S: Simd>(&self, simd: S, turn: &Mat3) -> (Vec3, Vec3) {
         let x = Vec3w::splat(simd, turn.x);
@@ -202,31 +203,31 @@ impl HullLanes {
         Edge { tail, d: group.ends[1].at(i) - tail, normals }
     }
 
-    /// The least of `n` · v over the vertices.
+    /// Minimum of `n` · v over the vertices.
     #[inline(always)]
     pub(crate) fn least_along<S: Simd>(&self, simd: S, n: Vec3) -> f32 {
         least_along(simd, &self.vertices, n)
     }
 
-    /// The first vertex whose `n` · v is `least`, as [`Self::least_along`] found it.
+    /// Returns the first vertex whose `n` · v equals `least`, the result of [`Self::least_along`].
     #[inline(always)]
     pub(crate) fn lowest_at<S: Simd>(&self, simd: S, n: Vec3, least: f32) -> usize {
         lowest_at(simd, &self.vertices, n, least)
     }
 
-    /// The vertex that is least along `n`, the first of several.
+    /// Returns the vertex with the minimum of `n` · v, the first of several.
     #[inline(always)]
     pub(crate) fn lowest_vertex<S: Simd>(&self, simd: S, n: Vec3) -> usize {
         self.lowest_at(simd, n, self.least_along(simd, n))
     }
 
-    /// The face whose normal is most opposite to `n`, the first of several.
+    /// Returns the face whose normal is most opposite to `n`, the first of several.
     #[inline(always)]
     pub(crate) fn face_against<S: Simd>(&self, simd: S, n: Vec3) -> usize {
         lowest_at(simd, &self.normals, n, least_along(simd, &self.normals, n))
     }
 
-    /// The face from which `p` is farthest [local], the first of several.
+    /// Returns the face with the largest distance to `p` [local], the first of several.
     #[inline(always)]
     pub(crate) fn farthest_face<S: Simd>(&self, simd: S, p: Vec3) -> usize {
         let reach = splat(simd, self.outside(simd, p));
@@ -241,7 +242,7 @@ impl HullLanes {
         0
     }
 
-    /// How far `p` is from the face from which it is farthest [m]; negative inside.
+    /// Maximum signed distance of `p` from the faces [m]; negative inside.
     #[inline(always)]
     pub(crate) fn outside<S: Simd>(&self, simd: S, p: Vec3) -> f32 {
         let p = Vec3w::splat(simd, p);
@@ -252,12 +253,13 @@ impl HullLanes {
         most(far)
     }
 
-    /// Lists the half-edges, the first of each edge, along which a body that contains `p` may be separated by at
-    /// least `floor`, up to `rounding` [m].
+    /// Lists the edges, by their first half-edges, along which a body that contains `p` may be
+    /// separated by at least `floor`, up to `rounding` [m].
     ///
-    /// (n · p − the hull's reach along n) over the directions n between the normals of the two faces at an edge is a
-    /// cosine along that arc. So where it is above zero it is no more than the nearer face's distance divided by the
-    /// cosine of half the arc, and elsewhere no more than that distance.
+    /// Let f(n) = n · p − max over the hull of n · v, for directions n between the normals of
+    /// the two faces at an edge. Along that arc f is a cosine. Where f is above zero it is
+    /// therefore at most the nearer face's distance divided by the cosine of half the arc;
+    /// elsewhere it is at most that distance.
     #[inline(always)]
     pub(crate) fn find_edges<S: Simd>(
         &self,
@@ -285,7 +287,7 @@ impl HullLanes {
         }
     }
 
-    /// The least and the greatest of `n` · v over the vertices.
+    /// Minimum and maximum of `n` · v over the vertices.
     #[inline]
     pub(crate) fn reach_along(&self, n: Vec3) -> (f32, f32) {
         let (mut least, mut most) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
@@ -299,20 +301,20 @@ impl HullLanes {
         (smallest(&least), greatest(&most))
     }
 
-    /// The vertex number farthest along `n`, the first of several.
+    /// Number of the vertex farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn farthest_along(&self, n: Vec3) -> usize {
         most_along(&self.vertices, n)
     }
 
-    /// The face whose normal is most along `n`, the first of several.
+    /// Number of the face whose normal is farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn face_along(&self, n: Vec3) -> usize {
         most_along(&self.normals, n)
     }
 }
 
-/// The least of `n` · v.
+/// Minimum of `n` · v.
 #[inline(always)]
 fn least_along<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3) -> f32 {
     let n = Vec3w::splat(simd, n);
@@ -323,7 +325,7 @@ fn least_along<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3) -> f32 {
     least(low)
 }
 
-/// The first whose `n` · v is `least`, as [`least_along`] found it.
+/// Returns the first vector whose `n` · v equals `least`, the result of [`least_along`].
 #[inline(always)]
 fn lowest_at<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3, least: f32) -> usize {
     let (n, least) = (Vec3w::splat(simd, n), splat(simd, least));
@@ -348,7 +350,7 @@ fn groups(vectors: &[Vec3]) -> Vec<Vectors> {
     vectors.chunks(LANES).map(group).collect()
 }
 
-/// The number of the vector that is most along `n`, the first of several; 0 if nothing compares.
+/// Number of the vector farthest along `n`, the first of several; 0 if nothing compares.
 fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
     let mut most = [f32::NEG_INFINITY; LANES];
     for v in vectors {
@@ -358,7 +360,7 @@ fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
         }
     }
     let most = greatest(&most);
-    // Once more rather than to carry the numbers along: compilers make poor code of that.
+    // A second pass instead of carrying the numbers along, for which compilers make poor code.
     for (g, v) in vectors.iter().enumerate() {
         if let Some(i) = first_reaching(&v.dot(n), most) {
             return g * LANES + i;
@@ -367,7 +369,7 @@ fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
     0
 }
 
-/// The first lane that is at least `least`.
+/// Returns the first lane that is at least `least`.
 #[inline]
 fn first_reaching(group: &Lanes, least: f32) -> Option<usize> {
     let mut any = false;
@@ -377,7 +379,7 @@ fn first_reaching(group: &Lanes, least: f32) -> Option<usize> {
     any.then(|| group.iter().position(|d| *d >= least)).flatten()
 }
 
-/// The largest lane. Not inlined: the loops before it would be laid out for it, not for themselves.
+/// The largest lane. Not inlined: otherwise the compiler lays out the preceding loops for it.
 #[inline(never)]
 fn greatest(group: &Lanes) -> f32 {
     let [a, b, c, d, e, f, g, h] = *group;

@@ -1,8 +1,8 @@
-//! The triangulated hull of points: quickhull [Barber96] in double precision.
+//! Triangulates the hull of points: quickhull [Barber96] in double precision.
 //!
-//! The input is `f32`, so sums and products of three coordinates are all but exact here, and the
-//! surface stays convex by construction. What is within `tolerance` of the surface counts as on it;
-//! that also welds near duplicates, since a point next to a vertex is never farther out than that.
+//! The input is `f32`, so sums and products of three coordinates are almost exact here, and the
+//! surface stays convex by construction. A point within `tolerance` of the surface counts as on it.
+//! This also welds near duplicates, since a point next to a vertex is never farther out than that.
 
 use std::collections::BinaryHeap;
 
@@ -11,9 +11,9 @@ use crate::base::double::{DVec3, greater};
 /// A triangle of the surface.
 #[derive(Clone, Debug)]
 pub(super) struct Triangle {
-    /// Counter-clockwise seen from outside.
+    /// Corners, counter-clockwise seen from outside.
     pub(super) v: [usize; 3],
-    /// `adjacent[k]` lies across the edge from `v[k]` to `v[(k + 1) % 3]`.
+    /// `adjacent[k]` is the triangle across the edge from `v[k]` to `v[(k + 1) % 3]`.
     pub(super) adjacent: [usize; 3],
     pub(super) normal: DVec3,
     pub(super) offset: f64,
@@ -26,7 +26,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    /// `None` where the corners are within `tiny` of a line.
+    /// Returns `None` where the corners are within `tiny` of a line.
     fn new(points: &[DVec3], v: [usize; 3], adjacent: [usize; 3], tiny: f64) -> Option<Self> {
         let [a, b, c] = v.map(|i| points[i]);
         let n = (b - a).cross(c - a);
@@ -53,10 +53,10 @@ impl Triangle {
     }
 }
 
-/// Why there is no surface.
+/// Reason why there is no surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Failure {
-    /// The greatest thickness found.
+    /// The maximum thickness found.
     Flat(f64),
 }
 
@@ -64,16 +64,17 @@ struct Builder<'a> {
     points: &'a [DVec3],
     triangles: Vec<Triangle>,
     tolerance: f64,
-    /// Lengths below it are rounding noise of `f64`.
+    /// Lengths below this are rounding noise of `f64`.
     noise: f64,
-    /// Farthest first; an entry is stale when its triangle is dead or has another farthest point.
+    /// Farthest first; an entry is stale if its triangle is dead or has another farthest point.
     queue: BinaryHeap<(u64, core::cmp::Reverse<usize>)>,
     insertions: usize,
     vertices: usize,
 }
 
-/// The surface around `points`, with at most `max_vertices` corners, farthest points first.
-/// `points` are relative to a center near them; if they are thinner than `least`, they are flat.
+/// Computes the surface around `points`, with at most `max_vertices` corners, farthest points
+/// first. `points` are relative to a center near them; if they are thinner than `least`, they are
+/// flat.
 pub(super) fn triangulate(
     points: &[DVec3],
     max_vertices: usize,
@@ -93,8 +94,9 @@ pub(super) fn triangulate(
         vertices: 4,
     };
     builder.start(corners);
-    // A point can end up above a triangle that was never asked about it: ask all of them, once the
-    // surface is closed. The rounds are counted so that rounding cannot keep them going.
+    // A point can end up above a triangle that it was never tested against. Once the surface is
+    // closed, all points are tested against all triangles. The number of rounds is limited, so that
+    // rounding cannot make them endless.
     for _ in 0..4 {
         builder.expand(max_vertices);
         if builder.vertices >= max_vertices || !builder.collect_missed() {
@@ -104,10 +106,10 @@ pub(super) fn triangulate(
     Ok(builder.finish())
 }
 
-/// Four points far apart, the last below the triangle of the others.
+/// Finds four points far apart, the last below the triangle of the other three.
 fn simplex(points: &[DVec3], least: f64) -> Result<[usize; 4], Failure> {
-    // Ties are broken by the other coordinates: a point inside a flat face would otherwise be taken
-    // for a corner and use up the limit of vertices.
+    // The other coordinates break ties: otherwise a point inside a flat face could become a corner
+    // and use up the vertex limit.
     let keys: [fn(DVec3) -> [f64; 3]; 3] =
         [|p| [p.x, p.y, p.z], |p| [p.y, p.z, p.x], |p| [p.z, p.x, p.y]];
     let mut extremes = [0; 6];
@@ -178,7 +180,8 @@ impl Builder<'_> {
         self.assign(&all, 0, &[]);
     }
 
-    /// Gives each point to the triangle it is highest above, among those from `first` on and `more`.
+    /// Assigns each point to the triangle it is highest above, among those from `first` on and
+    /// `more`.
     fn assign(&mut self, points: &[usize], first: usize, more: &[usize]) {
         for &p in points {
             let mut best = (self.tolerance, usize::MAX);
@@ -199,7 +202,7 @@ impl Builder<'_> {
 
     fn enqueue(&mut self, t: usize) {
         if let Some((d, _)) = self.triangles[t].farthest {
-            // The bits of positive floats rise with their values.
+            // The bits of positive floats increase with their values.
             self.queue.push((d.to_bits(), core::cmp::Reverse(t)));
         }
     }
@@ -212,8 +215,9 @@ impl Builder<'_> {
             if d.to_bits() != key {
                 continue;
             }
-            // What lies this close below the eye counts as hidden. A threshold that cuts through
-            // triangles that share a line with the eye leaves a sliver; then another may not.
+            // A triangle counts as hidden if the eye is within this height of its plane. A
+            // threshold that cuts through triangles that share a line with the eye leaves a sliver;
+            // another threshold may not.
             let inserted =
                 [1.0e3, 1.0e5, 0.0].iter().any(|scale| self.insert(t, eye, self.noise * scale));
             if !inserted {
@@ -222,7 +226,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Leaves out a point that cannot be joined cleanly; the final check measures what it costs.
+    /// Drops a point that cannot be joined cleanly; the final check measures the error.
     fn drop_point(&mut self, t: usize, point: usize) {
         let above = core::mem::take(&mut self.triangles[t].above);
         self.triangles[t].farthest = None;
@@ -235,8 +239,8 @@ impl Builder<'_> {
         self.enqueue(t);
     }
 
-    /// Replaces all triangles that `eye` sees by a cone to it. False, and nothing changed, if their
-    /// rim is not one simple loop or a new triangle would have no area.
+    /// Replaces all triangles that `eye` sees by a cone to it. Returns false, with nothing changed,
+    /// if their rim is not one simple loop or a new triangle would have no area.
     fn insert(&mut self, first: usize, eye: usize, hidden: f64) -> bool {
         self.insertions += 1;
         let at = self.points[eye];
@@ -301,7 +305,7 @@ impl Builder<'_> {
         true
     }
 
-    /// How many vertices of the visible triangles are not on the rim.
+    /// Number of vertices of the visible triangles that are not on the rim.
     fn swallowed(&self, visible: &[usize], rim: &[(usize, usize, usize)]) -> usize {
         let mut inner: Vec<usize> = visible.iter().flat_map(|t| self.triangles[*t].v).collect();
         inner.sort_unstable();
@@ -309,7 +313,7 @@ impl Builder<'_> {
         inner.len() - rim.len()
     }
 
-    /// Looks for points above any triangle; true if there are some.
+    /// Assigns points that are above any triangle; returns true if there are some.
     fn collect_missed(&mut self) -> bool {
         let mut missed = false;
         for p in 0..self.points.len() {
@@ -328,7 +332,7 @@ impl Builder<'_> {
         missed
     }
 
-    /// The living triangles, numbered anew.
+    /// Returns the living triangles, renumbered.
     fn finish(self) -> Vec<Triangle> {
         let mut number = vec![0; self.triangles.len()];
         let mut count = 0;
@@ -344,7 +348,7 @@ impl Builder<'_> {
     }
 }
 
-/// Sorts edges head to tail; false if they are not one loop that meets every vertex once.
+/// Sorts edges head to tail; returns false if they are not one loop that meets every vertex once.
 fn order_loop(rim: &mut [(usize, usize, usize)]) -> bool {
     if rim.len() < 3 {
         return false;

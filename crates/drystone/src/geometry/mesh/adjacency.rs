@@ -1,20 +1,20 @@
-//! How the triangles of a mesh meet along their edges: what tells a real edge from a seam.
+//! How the triangles of a mesh meet along their edges; this distinguishes real edges from seams.
 
 use core::ops::{Add, Mul, Sub};
 
 use crate::base::math::Vec3;
 use crate::base::trig;
 
-/// Sine of the turn up to which two triangles count as one plane: 0.25°, well above the rounding of
-/// vertices. Larger turns need no tolerance: their normals are bounded by the two faces.
+/// Sine of the angle up to which two triangles count as one plane: 0.25°, well above the rounding
+/// of vertices. Larger angles need no tolerance: the two faces bound the contact normals there.
 const FLAT: f32 = 4.0e-3;
 
-/// More triangles than this at one edge are taken as separate sheets: comparing all with all would
-/// take quadratic time.
+/// Maximum number of triangles at one edge; more are taken as separate sheets. Comparing all with
+/// all would take quadratic time.
 const MAX_SHARED: usize = 32;
 
-/// The turn of the surface normal across an edge, for one side of the triangle: behind the edge the
-/// normal of that side is `cos * normal + sin * outward`, with `outward` the direction in the
+/// The turn of the surface normal across an edge, for one side of the triangle. Behind the edge the
+/// normal of that side is `cos * normal + sin * outward`; `outward` is the direction in the
 /// triangle's plane away from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bend {
@@ -26,19 +26,20 @@ impl Bend {
     /// The surface ends here: its normal turns around to the other side.
     const BORDER: Self = Self { cos: -1.0, sin: 0.0 };
 
-    /// The surface turns away from this side: there are normals between the two faces'.
+    /// Returns whether the surface turns away from this side: there are normals between the two
+    /// faces' normals.
     #[inline]
     pub(crate) fn active(self) -> bool {
         self.sin > FLAT || (self.cos < 0.0 && self.sin >= -FLAT)
     }
 
-    /// No other triangle is known to go on behind the edge.
+    /// Returns whether no other triangle continues the surface behind the edge.
     #[inline]
     pub(crate) fn is_border(self) -> bool {
         self == Self::BORDER
     }
 
-    /// The surface turns towards this side.
+    /// Returns whether the surface turns towards this side.
     #[inline]
     pub(crate) fn concave(self) -> bool {
         self.sin < -FLAT
@@ -53,7 +54,7 @@ impl Bend {
     }
 }
 
-/// A vector in double precision, for what is computed once and kept.
+/// A vector in double precision, for values that are computed once and stored.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wide([f64; 3]);
 
@@ -104,10 +105,10 @@ impl Wide {
     }
 }
 
-/// For each vertex the lowest number of a vertex at exactly the same place: files repeat a vertex
-/// for every face that gives it another normal or texture.
+/// Returns for each vertex the lowest number of a vertex at exactly the same position. Files repeat
+/// a vertex for every face that gives it another normal or texture coordinate.
 pub(super) fn weld(vertices: &[Vec3]) -> Vec<u32> {
-    // Adding zero makes -0 and 0 one place.
+    // Adding zero gives -0 and 0 the same bits.
     let mut order: Vec<([u32; 3], u32)> = (0_u32..)
         .zip(vertices)
         .map(|(i, v)| (v.to_array().map(|x| (x + 0.0).to_bits()), i))
@@ -125,20 +126,20 @@ pub(super) fn weld(vertices: &[Vec3]) -> Vec<u32> {
     first
 }
 
-/// Of a triangle: by the side it is seen from, and by edge.
+/// Bends of a triangle: by side, then by edge.
 pub(crate) type Bends = [[Bend; 3]; 2];
 
 /// A side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Edge {
-    /// Numbers of the places of its ends, the lower one first.
+    /// Welded vertex numbers of its ends, the lower one first.
     pub(super) ends: [u32; 2],
     pub(super) triangle: u32,
-    /// From which corner to the next.
+    /// Number of its start corner.
     pub(super) side: usize,
 }
 
-/// The sides of all triangles, those of one place together.
+/// Returns the sides of all triangles; sides with the same ends are adjacent in the list.
 pub(super) fn edges(triangles: &[[u32; 3]], welded: &[u32]) -> Vec<Edge> {
     let mut edges = Vec::with_capacity(triangles.len() * 3);
     for (number, triangle) in (0_u32..).zip(triangles) {
@@ -152,13 +153,13 @@ pub(super) fn edges(triangles: &[[u32; 3]], welded: &[u32]) -> Vec<Edge> {
     edges
 }
 
-/// The bends at an edge, one a side.
+/// The bends at an edge, one per side.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sides([Option<Bend>; 2]);
 
 impl Sides {
-    /// Takes a neighbor, of which the bend on the normal's side is `up`. With three and more triangles at the
-    /// edge, the one that closes in first on a side is the surface of that side.
+    /// Adds a neighbor whose bend on the normal's side is `up`. Where three or more triangles share
+    /// the edge, the one that closes in first on a side is the surface of that side.
     pub(super) fn take(&mut self, up: Bend) {
         for (slot, seen) in self.0.iter_mut().zip([up, Bend { sin: -up.sin, ..up }]) {
             if slot.is_none_or(|b| seen.angle() < b.angle()) {
@@ -167,7 +168,7 @@ impl Sides {
         }
     }
 
-    /// Writes them down; without a neighbor the surface ends.
+    /// Writes the bends; without a neighbor the surface ends.
     pub(super) fn write(self, of: &mut Bends, k: usize) {
         for (bends, found) in of.iter_mut().zip(self.0) {
             bends[k] = found.unwrap_or(Bend::BORDER);

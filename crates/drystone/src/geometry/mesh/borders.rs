@@ -1,26 +1,28 @@
-//! Edges that rounding, or a finer cut of the surface, keeps from having a neighbor.
+//! Edges without a neighbor because of rounding, or because the surface is cut more finely there.
 //!
-//! Exporters compute one corner twice, and transforms are baked in, so that corners of neighbors differ by some
-//! roundings. Grids of different fineness meet in edges of different length (T-junctions). Both leave edges
-//! that no other triangle shares, though the surface goes on. Only such edges are looked at, so that a mesh whose
-//! corners agree pays for none of this.
+//! Exporters compute one corner twice and bake transforms in, so corners of neighbors differ by
+//! some roundings. Grids of different fineness meet in edges of different length (T-junctions).
+//! Both leave edges that no other triangle shares, though the surface continues. Only such edges
+//! are processed, so a mesh whose corners agree pays nothing for this.
 
 use super::adjacency::{Bends, Edge, Sides, Wide, bend};
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::geometry::bvh::{Bvh, Children};
 
-/// Corners are one up to this part of the longest edge: each may be off by 1e-5 of it, about a hundred roundings.
+/// Corners are the same up to this fraction of the longest edge: each may be off by 1e-5 of it,
+/// about a hundred roundings.
 const SAME: f32 = 2.0e-5;
-/// Or up to this part of their coordinates, four roundings of f32.
+/// Corners are also the same up to this fraction of their coordinates, four roundings of f32.
 const ROUNDING: f32 = 4.8e-7;
-/// But never farther than this part of the triangle's height, so that no thin triangle loses its shape.
+/// Maximum of both tolerances, as a fraction of the triangle's height: no thin triangle loses its
+/// shape.
 const THIN: f32 = 0.1;
 
-/// More than this many corners or edges about one are not looked through: a search stays short in any mesh.
+/// Maximum number of corners or edges that a search visits: it stays short in any mesh.
 const MOST: usize = 1024;
 
-/// How far a corner of a triangle may be from what counts as the same place [m].
+/// Distance [m] up to which another corner counts as the same as a corner of a triangle.
 fn tolerance(corners: [Vec3; 3]) -> f32 {
     let [a, b, c] = corners;
     let longest = greater(greater((b - a).length(), (c - b).length()), (a - c).length());
@@ -29,12 +31,12 @@ fn tolerance(corners: [Vec3; 3]) -> f32 {
     lesser(greater(SAME * longest, ROUNDING * far), THIN * height)
 }
 
-/// Of sorted edges those that no other triangle has.
+/// Returns the sorted edges that no other triangle shares.
 pub(super) fn lone(edges: &[Edge]) -> Vec<Edge> {
     edges.chunk_by(|x, y| x.ends == y.ends).filter(|s| s.len() == 1).flatten().copied().collect()
 }
 
-/// What a box overlaps; up to [`MOST`] items.
+/// Calls `visit` with the items whose boxes overlap `bounds`; at most [`MOST`] items.
 fn around(tree: &Bvh, bounds: &Aabb, stack: &mut Vec<u32>, mut visit: impl FnMut(usize)) {
     stack.clear();
     stack.extend(tree.root());
@@ -56,8 +58,8 @@ fn around(tree: &Bvh, bounds: &Aabb, stack: &mut Vec<u32>, mut visit: impl FnMut
     }
 }
 
-/// Makes corners of lone edges one that are at one place but for rounding: each takes the number of the nearest one of
-/// lower number that did not take another's.
+/// Merges corners of lone edges that differ only by rounding. Each takes the number of the nearest
+/// corner with a lower number that did not itself take another's number.
 pub(super) fn weld(vertices: &[Vec3], triangles: &[[u32; 3]], lone: &[Edge], welded: &mut [u32]) {
     let mut reach = vec![f32::INFINITY; vertices.len()];
     for t in triangles {
@@ -99,7 +101,7 @@ pub(super) fn weld(vertices: &[Vec3], triangles: &[[u32; 3]], lone: &[Edge], wel
     }
 }
 
-/// A part of an edge along which another one lies, 0 to 1, and the number of that.
+/// A part of an edge along which another edge lies, 0 to 1, and the number of that edge.
 #[derive(Clone, Copy, Debug)]
 struct Covered {
     from: f64,
@@ -107,7 +109,8 @@ struct Covered {
     by: usize,
 }
 
-/// Gives lone edges that lie along other ones, with all of their length, those as neighbors.
+/// Finds lone edges that are covered along their whole length by other edges, and makes those edges
+/// their neighbors.
 pub(super) fn join(vertices: &[Vec3], triangles: &[[u32; 3]], lone: &[Edge], bends: &mut [Bends]) {
     let corners = |e: &Edge| triangles[e.triangle as usize].map(|i| vertices[i as usize]);
     let ends = |e: &Edge| {
@@ -180,13 +183,13 @@ mod tests {
         super::super::bends(vertices, triangles, weld_exact(vertices))
     }
 
-    /// How many edges end the surface.
+    /// Number of edges where the surface ends.
     fn borders(vertices: &[Vec3], triangles: &[[u32; 3]]) -> usize {
         let all = bends(vertices, triangles);
         all.iter().map(|b| b[0].iter().filter(|bend| bend.is_border()).count()).sum()
     }
 
-    /// Two unit squares side by side, with corners of their own.
+    /// Two unit squares side by side, with separate corners.
     fn squares(apart: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let one = [Vec3::ZERO, Vec3::X, vec3(1.0, 0.0, 1.0), Vec3::Z];
         let vertices = one.into_iter().chain(one.map(|p| p + Vec3::X + apart)).collect();
@@ -199,7 +202,7 @@ mod tests {
             (Vec3::ZERO, 6),
             (vec3(1.0e-7, 0.0, 0.0), 6),
             (vec3(1.0e-5, -1.0e-5, 1.0e-5), 6),
-            // A gap, a step and an overlap that somebody made.
+            // A gap, a step and an overlap that are intended.
             (vec3(1.0e-4, 0.0, 0.0), 8),
             (vec3(0.0, 1.0e-4, 0.0), 8),
             (vec3(-1.0e-4, 0.0, 0.0), 8),
@@ -219,7 +222,7 @@ mod tests {
         weld(&vertices, &triangles, &lone(&all), &mut welded);
         assert_eq!(welded, (0..8).collect::<Vec<_>>());
         assert_eq!(borders(&vertices, &triangles), 8);
-        // And so does what is tiny by itself, far from the origin of the mesh.
+        // A tiny slit far from the origin of the mesh stays too.
         for p in &mut vertices {
             *p = *p * 1.0e-3 + vec3(500.0, 0.0, 0.0);
         }
@@ -243,9 +246,9 @@ mod tests {
             vertices.extend(ends.map(|(x, z)| vec3(x, 0.0, z)));
             triangles.extend([[k, k + 1, k + 2], [k, k + 2, k + 3]]);
         }
-        // The rim has 3 edges of the square, 3 of the strips' ends and 2 of their sides.
+        // The rim has 3 edges of the square, 3 ends of strips and 2 sides of strips.
         assert_eq!(borders(&vertices, &triangles), 8);
-        // Without the strip in the middle the long edge ends there, and with it the gap's two sides.
+        // Without the middle strip the long edge ends there, and so do the two sides of the gap.
         let middle = triangles.len() - 4;
         triangles.drain(middle..middle + 2);
         assert_eq!(borders(&vertices, &triangles), 3 + 1 + 2 + 2 + 2);

@@ -1,14 +1,14 @@
-//! Triangles in groups of eight, laid out for tests of all eight at once.
+//! Triangles in groups of eight, laid out to test all eight at once.
 //!
-//! Plain arrays: a lane never depends on its neighbour, so the compiler makes of each loop what the
-//! target has, and the result is the same everywhere.
+//! Plain arrays: a lane never depends on its neighbour, so the compiler turns each loop into the
+//! target's vector instructions, and the result is the same everywhere.
 
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{LANES, Lanes, at, put};
 use crate::geometry::boxes::Boxes;
 
-/// Up to eight triangles that lie near each other. Lanes that are not in use repeat the last triangle.
+/// Up to eight triangles that lie near each other. Lanes not in use repeat the last triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Pack {
     /// Corner, coordinate, lane [m, local].
@@ -20,7 +20,7 @@ pub(crate) struct Pack {
 }
 
 impl Pack {
-    /// Of one to eight triangles, each with its number, corners and unit normal.
+    /// Builds a pack of one to eight triangles, each given by its number, corners and unit normal.
     pub(super) fn new(triangles: impl Iterator<Item = (u32, [Vec3; 3], Vec3)>) -> Self {
         let mut pack = Self {
             corners: [[[0.0; LANES]; 3]; 3],
@@ -41,7 +41,7 @@ impl Pack {
         pack
     }
 
-    /// The numbers of its triangles, one a lane.
+    /// The numbers of its triangles, one per lane.
     #[inline]
     pub(crate) fn numbers(&self) -> &[u32] {
         &self.numbers[..self.count]
@@ -64,7 +64,7 @@ impl Pack {
         [0, 1, 2].map(|k| self.corner(k, lane))
     }
 
-    /// The boxes around its triangles, one a lane [m, local].
+    /// The bounding boxes of its triangles, one per lane [m, local].
     #[inline]
     pub(crate) fn boxes(&self) -> Boxes {
         let [a, b, c] = &self.corners;
@@ -84,7 +84,7 @@ impl Pack {
         at(&self.corners[k], lane)
     }
 
-    /// The box around all its triangles [m, local].
+    /// The bounding box of all its triangles [m, local].
     pub(super) fn bounds(&self) -> Aabb {
         let corners = (0..self.count).flat_map(|lane| (0..3).map(move |k| (k, lane)));
         Aabb::of_points(corners.map(|(k, lane)| self.corner(k, lane)))

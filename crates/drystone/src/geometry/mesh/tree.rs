@@ -1,4 +1,5 @@
-//! A tree over the packs of a mesh, eight boxes a node, for queries with boxes, turned boxes and rays.
+//! A tree over the packs of a mesh, eight boxes per node, for queries with boxes, rotated boxes and
+//! rays.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -13,32 +14,32 @@ const LEAF: u32 = 1 << 31;
 
 #[derive(Clone, Debug)]
 struct Node {
-    /// Those of the children [m, local].
+    /// Bounding boxes of the children [m, local].
     boxes: Boxes,
     children: [u32; LANES],
     count: usize,
 }
 
-/// See the module.
+/// A tree over packs, see the module.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
 }
 
-/// What is looked for: boxes that meet one box along the axes and another along its own.
+/// The region of a query: a box along the mesh's axes and a rotated box; a result overlaps both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window {
-    /// [m, frame of the mesh].
+    /// Box along the axes [m, frame of the mesh].
     pub(crate) bounds: Aabb,
-    /// Middle of the turned box [m, frame of the mesh].
+    /// Center of the rotated box [m, frame of the mesh].
     pub(crate) center: Vec3,
-    /// Unit axes of the turned box, and how far it reaches along each of them [m].
+    /// Unit axes of the rotated box, and its half extents along them [m].
     pub(crate) axes: [Vec3; 3],
     pub(crate) half: Vec3,
 }
 
 impl Tree {
-    /// Of a tree over packs whose items are their numbers.
+    /// Builds the tree from a tree over packs whose items are their numbers.
     pub(super) fn new(packs: &Bvh) -> Self {
         let mut tree = Self::default();
         if let Some(root) = packs.root() {
@@ -47,10 +48,10 @@ impl Tree {
         tree
     }
 
-    /// Adds a node for what is below `at`; returns its number.
+    /// Adds a node for the subtree `at`; returns its number.
     fn add(&mut self, packs: &Bvh, at: u32) -> u32 {
         let mut below = vec![at];
-        // The largest is opened first, so that the boxes of a node are of like size.
+        // Opens the largest first, so that the boxes of a node have similar sizes.
         while below.len() < LANES {
             let open = |n: &u32| matches!(packs.children(*n), Children::Nodes(_));
             let area = |k: usize| packs.bounds(below[k]).half_area();
@@ -78,8 +79,8 @@ impl Tree {
         number
     }
 
-    /// Lists the packs whose boxes may meet the window; returns how far the others are from it, at
-    /// least [m]. `stack` is memory.
+    /// Lists the packs whose boxes may overlap the window. Returns a lower bound on the distance of
+    /// the others from it [m]. `stack` is scratch memory.
     #[inline(always)]
     pub(crate) fn find<S: Simd>(
         &self,
@@ -100,7 +101,7 @@ impl Tree {
             let apart = node.apart_from(simd, window);
             let outside = above(apart, splat(simd, 0.0));
             others = min(select(outside, apart, none), others);
-            // Lanes that are not in use are infinitely far, or NaN where infinities cancel.
+            // Lanes not in use are infinitely far, or NaN where infinities cancel.
             let mut inside = !bits(outside) & ((1 << node.count) - 1);
             while inside != 0 {
                 let name = node.children[inside.trailing_zeros() as usize];
@@ -116,8 +117,8 @@ impl Tree {
         least(others)
     }
 
-    /// Calls `visit` with every pack whose box the segment up to `t = max_fraction` may meet, near ones first. `visit`
-    /// answers the new max: smaller to shorten the ray, negative to stop.
+    /// Calls `visit` with every pack whose box the segment up to `t = max_fraction` may hit, near
+    /// ones first. `visit` returns the new max: smaller to shorten the ray, negative to stop.
     pub(crate) fn ray(&self, ray: &Ray, max_fraction: f32, mut visit: impl FnMut(u32) -> f32) {
         let mut max = max_fraction;
         self.ray_below(0, ray, &mut max, &mut visit);
@@ -156,8 +157,7 @@ impl Tree {
 }
 
 impl Node {
-    /// How far each child's box is apart from the window along one of its axes; above 0: they do not
-    /// meet.
+    /// Maximum separation of each child's box from the window over the axes; above 0: no overlap.
     #[inline(always)]
     fn apart_from<S: Simd>(&self, simd: S, window: &Window) -> Wide<S> {
         let mut apart = splat(simd, f32::NEG_INFINITY);

@@ -1,24 +1,24 @@
-//! The order of leaves: along a Hilbert curve through their centers, very large boxes behind.
+//! The order of leaves: along a Hilbert curve through their centers, very large boxes last.
 
 use crate::base::aabb::Aabb;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, for_items, for_runs, grain};
 use crate::base::math::Vec3;
 
-/// Cells of the curve along an axis: 2^11, so that a key and a place fit in 64 bits.
+/// Bits per axis: 2^11 cells of the curve, so that a key and an index fit in 64 bits.
 const BITS: u32 = 11;
 const PLACE_BITS: u32 = 30;
-/// The curve runs through a cube of this many mean deviations around the mean center; what lies outside
-/// is taken to its border. So one body that fell off the world does not squeeze all others into a cell.
+/// Width of the curve's cube, in mean deviations from the mean center; centers outside are clamped
+/// to its border. One body that fell off the world then does not squeeze all others into one cell.
 const SPREAD: f64 = 8.0;
-/// Boxes this many powers of two above the mean size are kept apart: in the blocks of small boxes they
-/// would be met by every query.
+/// Boxes this many powers of two above the mean size are kept apart: every query would hit them in
+/// the blocks of small boxes.
 const LARGE: i64 = 3;
-/// Keys are sorted in this many runs side by side, which are then merged; a fixed number, and keys
-/// differ, so the result does not depend on it.
+/// Number of runs in which keys are sorted in parallel and then merged. It is fixed, and keys
+/// differ, so the result does not depend on the threads.
 const RUNS: usize = 8;
 
-/// Memory kept from build to build.
+/// Memory reused from build to build.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     boxes: Vec<(u32, Aabb)>,
@@ -28,7 +28,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Takes over the leaves from `start` on, without holes.
+    /// Collects the leaves from `start` on, without holes.
     pub(super) fn collect(&mut self, items: &[u32], start: usize, bounds: impl Fn(usize) -> Aabb) {
         self.boxes.clear();
         for (leaf, item) in items.iter().enumerate().skip(start) {
@@ -38,7 +38,7 @@ impl Scratch {
         }
     }
 
-    /// Forgets the last build, and gives back room that only few builds need.
+    /// Clears the last build, and frees memory that only few builds need.
     pub(super) fn settle(&mut self) {
         let Self { boxes, keys, merged, slack } = self;
         let enough = slack.look(boxes.len());
@@ -56,13 +56,13 @@ impl Scratch {
         self.boxes.len()
     }
 
-    /// Item and box at a place of the order.
+    /// Item and box at an index of the order.
     pub(super) fn at(&self, place: usize) -> (u32, Aabb) {
         let index = (self.keys[place] & ((1 << PLACE_BITS) - 1)) as usize;
         self.boxes[index]
     }
 
-    /// Works out the order.
+    /// Computes the order.
     pub(super) fn sort(&mut self, jobs: &Jobs<'_>) {
         let Self { boxes, keys, merged, .. } = self;
         let n = boxes.len();
@@ -93,7 +93,7 @@ impl Scratch {
     }
 }
 
-/// Merges sorted runs of `run` keys until all are one.
+/// Merges sorted runs of `run` keys until one run is left.
 fn merge_runs(keys: &mut Vec<u64>, merged: &mut Vec<u64>, mut run: usize, jobs: &Jobs<'_>) {
     let n = keys.len();
     merged.clear();
@@ -116,7 +116,7 @@ fn merge_runs(keys: &mut Vec<u64>, merged: &mut Vec<u64>, mut run: usize, jobs: 
     }
 }
 
-/// Power of two of the longest edge.
+/// Binary exponent of the longest edge.
 fn exponent(b: &Aabb) -> i64 {
     i64::from((b.max - b.min).max_element().to_bits() >> 23)
 }
@@ -126,7 +126,7 @@ fn mean_exponent(boxes: &[(u32, Aabb)]) -> i64 {
     sum / i64::try_from(boxes.len().max(1)).unwrap_or(i64::MAX)
 }
 
-/// Mean of the centers that count, and the largest mean deviation from it along an axis.
+/// Mean of the centers of boxes that are not large, and the maximum mean deviation along an axis.
 fn middle_of(boxes: &[(u32, Aabb)], large: i64) -> (Vec3, f64) {
     let centers = || boxes.iter().filter(|(_, b)| exponent(b) <= large).map(|(_, b)| b.center());
     let (mut sum, mut n) = ([0.0_f64; 3], 0.0);
@@ -157,7 +157,7 @@ fn cell(from_middle: Vec3, scale: f32) -> [u32; 3] {
     let mut cell = [0; 3];
     for i in 0..3 {
         let x = from_middle[i] * scale + 1024.0;
-        // NaN goes to 0.
+        // NaN becomes 0.
         let x = if x > 0.0 { x } else { 0.0 };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let x = if x < MOST { x as u32 } else { MOST as u32 };
@@ -166,7 +166,7 @@ fn cell(from_middle: Vec3, scale: f32) -> [u32; 3] {
     cell
 }
 
-/// Place of a cell on the curve, by the transform of [Skilling04], without branches.
+/// Index of a cell on the curve, by the transform of [Skilling04], without branches.
 fn hilbert(mut x: [u32; 3]) -> u64 {
     for bit in (1..BITS).rev() {
         let below = (1 << bit) - 1;
@@ -186,7 +186,7 @@ fn hilbert(mut x: [u32; 3]) -> u64 {
     (spread(x[0] ^ turn) << 2) | (spread(x[1] ^ turn) << 1) | spread(x[2] ^ turn)
 }
 
-/// Bit k goes to bit 3 k.
+/// Moves bit k to bit 3 k.
 fn spread(x: u32) -> u64 {
     let mut x = u64::from(x) & 0x1f_ffff;
     x = (x | (x << 32)) & 0x001f_0000_0000_ffff;
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn neighbors_on_the_curve_are_neighbors_in_space() {
-        // The curve through the 16³ cells nearest the origin: its first 4096 places.
+        // The curve through the 16³ cells nearest the origin: its first 4096 indices.
         let mut cells: Vec<(u64, [u32; 3])> = Vec::new();
         for x in 0..16 {
             for y in 0..16 {

@@ -1,4 +1,4 @@
-//! Against brute force, through every kind of change.
+//! Compares the tree with brute force, through every kind of change.
 
 use super::RTree;
 use crate::base::aabb::Aabb;
@@ -57,7 +57,8 @@ fn check(tree: &RTree, boxes: &[Option<Aabb>]) {
         tree.pairs_of(block, |a, b| pairs.push((a.min(b), a.max(b))));
     }
     pairs.sort_unstable();
-    // Through the queries, which were checked above: brute force would take all pairs of 5,000.
+    // Expected pairs come from the queries, checked above: brute force over all pairs of 5,000 is
+    // slow.
     let mut expected = Vec::new();
     for (i, bounds) in (0_u32..).zip(boxes) {
         if let Some(bounds) = bounds {
@@ -103,7 +104,7 @@ fn queries_find_what_brute_force_finds_through_every_change() {
         }
         tree.tidy(&jobs);
         check(&tree, &expected);
-        // A few move a little, then some jump, then all move, then most go.
+        // A few move a little, then some jump, then all move, then most are removed.
         let others = boxes(5000, 777);
         for item in (1_u32..5000).step_by(3) {
             let b = all[item as usize].grown(0.1);

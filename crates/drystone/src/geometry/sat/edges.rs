@@ -10,10 +10,10 @@ use crate::base::wide::{LANES, Lanes, Vec3w, above, at, bits, most, put, select,
 use crate::geometry::hull::Hull;
 use crate::geometry::hull::lanes::Edge;
 
-/// Squared sine below which two edges count as parallel (0.3°): the axes of faces serve there.
+/// Squared sine below which two edges count as parallel (0.3°): the axes of faces cover these.
 pub(in crate::geometry) const PARALLEL: f32 = 2.5e-5;
 
-/// Rotation and position of the other body in the frame of the one.
+/// Rotation and position of the other body in the frame of the first.
 #[derive(Clone, Copy)]
 pub(super) struct Frames {
     pub(super) r: Mat3,
@@ -33,11 +33,11 @@ pub(super) struct EdgeAxis {
     pub(super) a: usize,
     pub(super) b: usize,
     pub(super) separation: f32,
-    /// Unit, from A to B [frame of B].
+    /// Unit normal, from A to B [frame of B].
     pub(super) normal: Vec3,
 }
 
-/// An edge of A with what the test against edges of B needs, in the frame of B.
+/// An edge of A, prepared for the test against edges of B, in the frame of B.
 pub(super) struct EdgeOf {
     edge: usize,
     pub(super) tail: Vec3,
@@ -59,10 +59,10 @@ impl EdgeOf {
         }
     }
 
-    /// The axis of a pair of edges if they build a face of the Minkowski difference: the arcs u to v
-    /// and -u' to -v' on the Gauss map cross. With p = u'·d, q = v'·d: as d points along u × v, the
-    /// arcs cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
-    /// sign(u·d') d × d'.
+    /// Returns the axis of a pair of edges if they form a face of the Minkowski difference. They do
+    /// if the arcs u to v and -u' to -v' cross on the Gauss map. Let p = u'·d, q = v'·d. Since d
+    /// points along u × v, the arcs cross if and only if pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0.
+    /// A's outward axis is then sign(u·d') d × d'.
     pub(super) fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
         let Edge { tail, d, normals: [u, v] } = b.lanes.edge(edge_b / 2);
         let (p, q) = (u.dot(self.d), v.dot(self.d));
@@ -85,7 +85,7 @@ impl EdgeOf {
     }
 }
 
-/// Up to eight edges of one hull, in the frame of B. Lanes without one hold zeros, which nothing crosses.
+/// Up to eight edges of one hull, in the frame of B. Empty lanes hold zeros, which cross nothing.
 pub(super) struct EdgeGroup {
     numbers: [usize; LANES],
     count: usize,
@@ -97,7 +97,7 @@ pub(super) struct EdgeGroup {
 }
 
 impl EdgeGroup {
-    /// Some of the edges `list`, given by their half-edges, or of all of them: from the `first` on.
+    /// Loads edges from index `first` on, of the half-edges in `list`, or of all edges.
     #[inline(always)]
     pub(super) fn of(hull: &Hull, list: Option<&[u16]>, first: usize) -> Self {
         let none = [[0.0; LANES]; 3];
@@ -117,7 +117,7 @@ impl EdgeGroup {
         group
     }
 
-    /// Moves those of A into the frame of B.
+    /// Moves edges of A into the frame of B.
     #[inline(always)]
     pub(super) fn place<S: Simd>(&mut self, simd: S, frames: &Frames) {
         let x = Vec3w::splat(simd, frames.r.x);
@@ -136,8 +136,8 @@ impl EdgeGroup {
         self.count
     }
 
-    /// The best axis of edge `i` of A with these edges of B, if it separates more than `floor`: as by
-    /// [`EdgeOf::against`], the first of equal ones.
+    /// Returns the best axis of edge `i` of A with these edges of B, if it separates more than
+    /// `floor`: the result of [`EdgeOf::against`], the first of equal ones.
     #[inline(always)]
     pub(super) fn against<S: Simd>(
         &self,

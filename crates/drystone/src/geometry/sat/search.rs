@@ -1,9 +1,9 @@
-//! The search of the axis that separates two polytopes most.
+//! Searches for the axis with the largest separation of two polytopes.
 //!
-//! All axes are tried that could be the best one, and few could: a body cannot be farther away along
-//! an axis than any one of its points. So the first good axis gives a point of each body near the
-//! contact, one pass over the planes their distances, and what lies below the best axis so far is
-//! left out: most faces by one number, most edges by two.
+//! The search tries every axis that could be the best, which are few: a body cannot be farther away
+//! along an axis than any one of its points. A first good axis gives a point of each body near the
+//! contact. One pass over the planes gives the distances of these points. Axes whose bound is below
+//! the best axis so far are left out: most faces by one number, most edges by two.
 //!
 //! Symbols: u, v normals of the two faces at an edge, d the edge's direction; R, t rotation and
 //! position of one body in the frame of the other.
@@ -23,11 +23,11 @@ const FACE_A: u8 = 1;
 const FACE_B: u8 = 2;
 const EDGES: u8 = 3;
 
-/// Rounding of a distance, as a part of the lengths that go into it: 2^-24 for each of about ten
+/// Rounding error of a distance, relative to the lengths that enter it: 2^-24 for each of about ten
 /// operations.
 const ROUNDING: f32 = 1.0e-6;
 
-/// Two hulls, each seen from the other.
+/// Two hulls, each in the frame of the other.
 pub(super) struct Pair<'a> {
     a: Side<'a>,
     b: Side<'a>,
@@ -45,7 +45,7 @@ struct Side<'a> {
 pub(super) struct FaceAxis {
     pub(super) face: usize,
     pub(super) separation: f32,
-    /// The vertex of the other hull that is nearest along the axis [frame of the face's hull].
+    /// Vertex of the other hull nearest along the axis [frame of the face's hull].
     witness: Vec3,
 }
 
@@ -58,28 +58,29 @@ impl FaceAxis {
     }
 }
 
-/// The best axes of each kind; those that cannot win may be missing.
+/// The best axes of each kind; axes that cannot win may be missing.
 pub(super) struct Axes {
     pub(super) face_a: FaceAxis,
     pub(super) face_b: FaceAxis,
-    /// Only if it is better than both by the slack.
+    /// Only if it is better than both faces by the slack.
     pub(super) edges: Option<EdgeAxis>,
 }
 
-/// The best faces of both, and of each hull a point of the other near the contact [its frame].
+/// The best faces of both hulls, and for each hull a point of the other near the contact
+/// [its frame].
 struct Faces {
     of: [FaceAxis; 2],
     near: [Vec3; 2],
 }
 
-/// What the search begins with.
+/// Start of the search.
 enum Start {
-    /// A face of A or, if so, of B.
+    /// A face: of B if true, else of A.
     Face(bool, usize),
     Edges(EdgeOf, EdgeAxis),
 }
 
-/// What [`Pair::search`] was asked for.
+/// Parameters of [`Pair::search`].
 #[derive(Clone, Copy)]
 struct Limits {
     margin: f32,
@@ -87,7 +88,7 @@ struct Limits {
 }
 
 pub(super) enum Verdict {
-    /// Some axis separates by so much [m], which is more than the margin.
+    /// Some axis separates by this much [m], which is more than the margin.
     Apart(f32),
     Axes(Axes),
 }
@@ -104,9 +105,10 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The best axes, or the first that separates by more than `margin`. A pair of edges counts only
-    /// if it is better than all faces by `slack` [m]. Begins with the axis that the last search ended
-    /// with: what is below it is left out from the start, and it shows where the bodies meet.
+    /// Returns the best axes, or the first that separates by more than `margin`. A pair of edges
+    /// counts only if it is better than all faces by `slack` [m]. The search starts with the final
+    /// axis of the last search. Axes below it are left out from the start, and it shows where the
+    /// bodies meet.
     #[inline(always)]
     pub(super) fn search<S: Simd>(
         &self,
@@ -147,7 +149,7 @@ impl<'a> Pair<'a> {
         Verdict::Axes(Axes { face_a, face_b, edges })
     }
 
-    /// The axis of the last search, or else the face of A that looks at B's center.
+    /// Returns the axis of the last search, or else the face of A that faces B's center.
     #[inline(always)]
     fn start<S: Simd>(&self, simd: S, cache: &PairCache) -> Start {
         let (a, b) = (self.a.hull, self.b.hull);
@@ -167,9 +169,9 @@ impl<'a> Pair<'a> {
         Start::Face(false, a.lanes.farthest_face(simd, towards))
     }
 
-    /// The best faces. Of the hull whose face the search begins with all count, of the other one those that beat
-    /// that; after a pair of edges, those that it does not beat by the slack. Where a face is beyond the margin the
-    /// search ends.
+    /// Returns the best faces. For the hull with the start face all faces count; for the other one
+    /// only faces that beat the start face. After a start with a pair of edges, faces count that it
+    /// does not beat by the slack. The search ends at a face beyond the margin.
     #[inline(always)]
     fn faces<S: Simd>(&self, simd: S, start: Start, limits: Limits) -> Faces {
         let Limits { margin, slack } = limits;
@@ -183,7 +185,8 @@ impl<'a> Pair<'a> {
                 Faces { of, near }
             }
         };
-        // A point of the other hull near each, the least that counts, and where lowest points may be.
+        // A point of the other hull near each hull, the minimum that counts, and candidates for
+        // lowest points.
         let (mut near_x, near_y, first, low);
         match &start {
             Start::Face(_, face) => {
@@ -241,8 +244,8 @@ impl<'a> Pair<'a> {
         in_order(face_x, if is_any { face_y } else { FaceAxis::NONE }, near_x, near_y)
     }
 
-    /// The pair of edges that separates most, if that is more than `least`. `known` is one of them, `near` what
-    /// decides which of them may be better.
+    /// Returns the pair of edges with the largest separation, if that is more than `least`. `known`
+    /// is one of the pairs; `near` holds the points that decide which pairs may be better.
     #[inline(always)]
     fn edges<S: Simd>(
         &self,
@@ -272,8 +275,8 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The pair of edges that separates most and by more than `floor`; the search ends at the first beyond
-    /// `margin`. `lists` are the half-edges of A and of B that count; `None`: all.
+    /// Returns the pair of edges with the largest separation above `floor`; the search ends at the
+    /// first beyond `margin`. `lists` are the half-edges of A and of B that count; `None`: all.
     #[inline(always)]
     fn best_edges<S: Simd>(
         &self,
@@ -305,8 +308,8 @@ impl<'a> Pair<'a> {
 }
 
 impl Side<'_> {
-    /// Separation along the normal of a face, the normal seen from the other hull, and the least of it over
-    /// that one's vertices.
+    /// Returns the separation along the normal of a face, the normal in the other hull's frame, and
+    /// the minimum along it over the other hull's vertices.
     #[inline(always)]
     fn separation<S: Simd>(&self, simd: S, face: usize) -> (f32, Vec3, f32) {
         let plane = self.hull.planes[face];
@@ -315,7 +318,7 @@ impl Side<'_> {
         (least + plane.normal.dot(self.frames.t) - plane.offset, n, least)
     }
 
-    /// The axis of a face, with the vertex that gave the least.
+    /// Returns the axis of a face, with the vertex of the minimum.
     #[inline(always)]
     fn with_witness<S: Simd>(
         &self,
@@ -328,7 +331,7 @@ impl Side<'_> {
         FaceAxis { face, separation, witness: self.frames.point(lowest) }
     }
 
-    /// The axis of the face to begin with; the witness only if that is not beyond the margin.
+    /// Returns the axis of the first face; with the witness only if it is not beyond the margin.
     #[inline(always)]
     fn first_face<S: Simd>(&self, simd: S, face: usize, margin: f32) -> FaceAxis {
         let (separation, n, least) = self.separation(simd, face);
@@ -338,9 +341,9 @@ impl Side<'_> {
         self.with_witness(simd, (face, separation), n, least)
     }
 
-    /// The face that separates more than `start`, most of all; else `start`. The search ends at the
-    /// first beyond `margin`. `p` is some point of the other hull, `low` are two more. Also gives how far `p` is
-    /// outside the hull, if the search came to its end.
+    /// Returns the face with the largest separation, if above `start`, else `start`. The search
+    /// ends at the first face beyond `margin`. `p` is a point of the other hull, `low` are two
+    /// more. Also returns how far `p` is outside the hull, if the search ran to its end.
     #[inline(always)]
     fn best_face<S: Simd>(
         &self,
@@ -370,7 +373,7 @@ impl Side<'_> {
                     let face = group * LANES + near.trailing_zeros() as usize;
                     near &= near - 1;
                     let (separation, n, least) = self.separation(simd, face);
-                    // Of equal ones the first, wherever the search began.
+                    // The first of equal ones wins, wherever the search started.
                     if separation > best.separation
                         || (separation >= best.separation && face < best.face)
                     {
@@ -387,8 +390,8 @@ impl Side<'_> {
         (best, most(far))
     }
 
-    /// A point of the hull near the contact along a face axis: below a point of the other near it, `near`, of which
-    /// is known how far outside it is.
+    /// Returns a point of the hull near the contact along a face axis: below the point `near` of
+    /// the other hull, whose distance outside this hull is `outside`.
     #[inline(always)]
     fn own_witness<S: Simd>(
         &self,
@@ -462,7 +465,7 @@ mod tests {
             };
             let (a, b) = (pick(&mut random), pick(&mut random));
             let turn = random.rotation();
-            // From deep overlap to well apart.
+            // From deep overlap to large gaps.
             let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
             let pair = Pair::new(a, b, &Pose::new(t, turn));
             let everywhere = f32::INFINITY;
@@ -545,7 +548,7 @@ mod tests {
             let margin = 0.1 * random.signed().abs();
             let turn = random.rotation();
             let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
-            // From the axis of the same place, of one near it, and of any other.
+            // Starts from the axis of the same place, of a place near it, and of any other.
             let by = [0.0, 0.02, 1.0][i % 3];
             let before = Pose::new(t + random.direction() * by, turn);
             let mut cache = PairCache::default();

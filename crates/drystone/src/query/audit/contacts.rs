@@ -1,4 +1,4 @@
-//! What contacts owe: overlaps, friction cones, and what the step left unsolved.
+//! Errors of contacts: overlaps, friction cones, and the residual of the step.
 
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::{Vec3, bounded};
@@ -21,11 +21,11 @@ pub struct ContactPair {
     pub body_b: BodyId,
 }
 
-/// Overlaps of shapes now [m], over the points that are pressed or overlap; 0 is a touch.
+/// Current overlaps of shapes [m], over the points that carry load or overlap; 0 is a touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Penetration {
-    /// Such points.
+    /// Number of these points.
     pub points: usize,
     /// The deepest overlap.
     pub max: f32,
@@ -33,44 +33,44 @@ pub struct Penetration {
     pub p99: f32,
     /// Mean over the points.
     pub mean: f32,
-    /// The contact with the deepest; `None` if nothing overlaps.
+    /// The contact with the deepest overlap; `None` if nothing overlaps.
     pub at: Option<ContactPair>,
 }
 
-/// How much of a friction cone a contact uses.
+/// The part of its friction cone that a contact uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ConeUse {
-    /// Friction impulse over friction coefficient times normal impulse: at most 1 if Coulomb's law is
-    /// kept, 1 where the contact slides; `f32::MAX` for friction without normal impulse.
+    /// Friction impulse over friction coefficient times normal impulse: at most 1 if Coulomb's law
+    /// holds, 1 where the contact slides; `f32::MAX` for friction without normal impulse.
     pub ratio: f32,
     /// The contact.
     pub at: ContactPair,
 }
 
-/// What contacts left unsolved in the last step, each the worst of all.
+/// Errors that contacts left unsolved in the last step, each the largest of all contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ContactResidual {
-    /// Normal speed that a pressed point is left with [m/s], 0 if all were solved exactly. A point that
-    /// leaves is not counted where the contact may bounce.
+    /// Remaining normal speed of a point under load [m/s]; 0 for an exact solution. A separating
+    /// point does not count where the contact may bounce.
     pub speed: f32,
-    /// The same over the speed that gravity gives in a step: the impulse that is missing, in parts of the
-    /// gravity impulse of the lighter body. (Where the world has no gravity, of 9.81 m/s².)
+    /// `speed` over the speed that gravity adds in a step: the missing impulse, relative to the
+    /// gravity impulse of the lighter body. A world without gravity counts as 9.81 m/s².
     pub relative: f32,
-    /// Where.
+    /// The contact with the largest `speed`.
     pub at: Option<ContactPair>,
-    /// Complementarity: how far a pressed point is open [m], times its impulse over the gravity impulse of
-    /// the lighter body in a substep. 0 if only what touches is pressed.
+    /// Complementarity: gap of a point under load [m], times its impulse over the gravity impulse
+    /// of the lighter body in a substep. It is 0 if only touching points carry load.
     pub gap: f32,
-    /// Where.
+    /// The contact with the largest `gap`.
     pub gap_at: Option<ContactPair>,
-    /// The greatest normal impulse that pulls, over the gravity impulse of the lighter body in a
-    /// substep; 0: contacts only push.
+    /// Largest pulling normal impulse, over the gravity impulse of the lighter body in a substep;
+    /// 0: contacts only push.
     pub pull: f32,
 }
 
-/// All of it.
+/// All measurements of contacts.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ContactAudit {
     pub(super) penetration: Penetration,
@@ -79,7 +79,8 @@ pub(super) struct ContactAudit {
 }
 
 impl ContactAudit {
-    /// `h` is the last substep [s], 0 before the first; `substeps` how many a step has.
+    /// Measures all contacts. `h` is the last substep [s], 0 before the first; `substeps` is the
+    /// number of substeps in a step.
     pub(super) fn of(tables: &Tables, h: f32, substeps: u32) -> Self {
         let gravity = tables.config.gravity.length();
         let gravity = if gravity > 0.0 { gravity } else { 9.81 };
@@ -124,7 +125,7 @@ impl ContactAudit {
             if -separation > self.penetration.max {
                 (self.penetration.max, self.penetration.at) = (-separation, Some(pair));
             }
-            // Before the first step nothing has been solved.
+            // No contact is solved before the first step.
             if !(fall.substep > 0.0) {
                 continue;
             }
@@ -168,7 +169,7 @@ impl Penetration {
             return;
         }
         depths.sort_unstable_by(f32::total_cmp);
-        // Nearest rank: the least depth that 99 of 100 points do not exceed.
+        // Nearest rank: the smallest depth that 99 of 100 points do not exceed.
         self.p99 = depths[(depths.len() * 99).div_ceil(100) - 1];
         #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^52 points")]
         let count = depths.len() as f64;
@@ -180,7 +181,7 @@ impl Penetration {
     }
 }
 
-/// Speed that gravity gives [m/s].
+/// Speed that gravity adds [m/s].
 #[derive(Clone, Copy, Debug)]
 struct Fall {
     substep: f32,
@@ -201,17 +202,18 @@ fn lighter_mass(a: &Body, b: &Body) -> f32 {
     mass(a).min(mass(b))
 }
 
-/// Separation now of a contact between flat shapes: its anchors move with the bodies, as in recycling.
+/// Current separation of a contact between flat shapes: its anchors move with the bodies, as in
+/// recycling.
 fn anchors_apart(c: &Contact, p: &Point, [then_a, then_b]: [Quat; 2], a: &Body, b: &Body) -> f32 {
     let n_a = then_a.rotate(a.rotation.unrotate(c.normal));
     let n_b = then_b.rotate(b.rotation.unrotate(c.normal));
     p.base + (c.normal.dot(b.center - a.center) + (n_b.dot(c.r_b(p)) - n_a.dot(p.r_a)))
 }
 
-/// How two bodies moved since their manifold was made.
+/// Motion of two bodies since their manifold was computed.
 struct Motion {
     then: [Quat; 2],
-    /// Center of B less that of A [m, world], now.
+    /// Current center of B minus center of A [m, world].
     offset: Vec3,
     turn_a: Vec3,
     turn_b: Vec3,
@@ -228,8 +230,8 @@ impl Motion {
         }
     }
 
-    /// Separation now of a contact with a round shape, whose surface does not turn with it: to first
-    /// order in the turn, by which the rows of the solver are linear too.
+    /// Current separation of a contact with a round shape, whose surface does not turn with it. It
+    /// is first order in the rotation, since the solver's rows are linear in it too.
     fn apart(&self, c: &Contact, p: &Point) -> f32 {
         let r_b = c.r_b(p);
         let between = self.offset + (r_b - p.r_a);

@@ -1,5 +1,5 @@
-//! Energy and momentum of a world, in double precision: differences of sums over thousands of bodies
-//! are what is looked at.
+//! Energy and momentum of a world, in double precision, since users compare differences of sums
+//! over thousands of bodies.
 
 use super::springs;
 use crate::base::double::DVec3;
@@ -14,30 +14,31 @@ use crate::state::tables::Tables;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Energy {
-    /// Kinetic, of the centers' motion: ½ m v².
+    /// Kinetic energy of the centers' motion: ½ m v².
     pub linear: f64,
-    /// Kinetic, of rotation: ½ ω · I ω.
+    /// Kinetic energy of rotation: ½ ω · I ω.
     pub angular: f64,
-    /// Potential in the world's gravity, zero at the origin.
+    /// Potential energy in the world's gravity, zero at the origin.
     pub potential: f64,
-    /// Elastic, of the springs of joints and of links between particles: ½ k x². What contacts give way is not in it.
+    /// Elastic energy in the springs of joints and of links between particles: ½ k x². Energy in
+    /// the compliance of contacts is not included.
     pub elastic: f64,
 }
 
 impl Energy {
-    /// Linear and rotational together [J].
+    /// Linear and angular kinetic energy together [J].
     #[must_use]
     pub fn kinetic(&self) -> f64 {
         self.linear + self.angular
     }
 
-    /// Potential and elastic together [J].
+    /// Potential and elastic energy together [J].
     #[must_use]
     pub fn stored(&self) -> f64 {
         self.potential + self.elastic
     }
 
-    /// All of it [J].
+    /// All energy [J].
     #[must_use]
     pub fn total(&self) -> f64 {
         self.kinetic() + self.stored()
@@ -50,7 +51,7 @@ impl Energy {
             let (mass, v) = (f64::from(body.mass), DVec3::from(body.v));
             let scale = f64::from(body.gravity_scale);
             sum.potential -= mass * scale * gravity.dot(DVec3::from(body.center));
-            // Most bodies of a large world lie still.
+            // Most bodies of a large world are at rest.
             if body.v != Vec3::ZERO || body.w != Vec3::ZERO {
                 sum.linear += 0.5 * mass * v.dot(v);
                 let turn = (body.rotation * body.principal).unrotate(body.w);
@@ -60,7 +61,7 @@ impl Energy {
             }
         }
         for (_, joint) in tables.joints.rows.iter() {
-            // Of joints far out of place and bodies of next to no inertia it is no number.
+            // Joints far out of place, on bodies with almost no inertia, give no finite energy.
             let energy = elastic(joint, &tables.bodies);
             sum.elastic += if energy.is_finite() { energy } else { 0.0 };
         }
@@ -74,13 +75,13 @@ impl Energy {
     }
 }
 
-/// Mass and momentum of all dynamic bodies, and particles that are not pinned.
+/// Mass and momentum of all dynamic bodies and of particles that are not pinned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Momentum {
     /// Sum of masses [kg].
     pub mass: f64,
-    /// Center of mass of them all [m, world]; the origin if there are none.
+    /// Center of mass of all of them [m, world]; the origin if there are none.
     pub center_of_mass: Vec3,
     /// Linear momentum [kg m/s, world].
     pub linear: Vec3,
@@ -110,7 +111,8 @@ impl Momentum {
             origin = origin + c.cross(p);
         }
         let center = if mass > 0.0 { first * (1.0 / mass) } else { DVec3::ZERO };
-        // Not as a difference of the two others: far from the origin little would be left of it.
+        // A sum of its own: far from the origin a difference of the other two would lose its
+        // digits.
         let mut own = DVec3::ZERO;
         for body in dynamic(tables) {
             let arm = DVec3::from(body.center) - center;
@@ -129,14 +131,14 @@ impl Momentum {
     }
 }
 
-/// All dynamic bodies, island by island: every one is in an island, and a large world has more static bodies
-/// than it pays to walk over.
+/// All dynamic bodies, island by island. Every dynamic body is in an island; a large world has too
+/// many static bodies to walk over.
 fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
     let all = tables.islands.rows.iter().flat_map(|island| island.bodies(&tables.bodies));
     all.filter(|body| !body.disabled)
 }
 
-/// Mass [kg], place [m] and velocity [m/s] of the particles that are not pinned.
+/// Mass [kg], position [m] and velocity [m/s] of the particles that are not pinned.
 fn particles(tables: &Tables) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
     let table = &tables.particles;
     let free = table.rows.iter().filter(|(_, particle)| !particle.pinned);
@@ -147,14 +149,14 @@ fn particles(tables: &Tables) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
     })
 }
 
-/// I ω [kg m²/s, world].
+/// Angular momentum I ω [kg m²/s, world].
 fn spin(body: &Body) -> DVec3 {
     let axes = body.rotation * body.principal;
     DVec3::from(axes.rotate(axes.unrotate(body.w).mul_each(body.moments)))
 }
 
-/// ½ k x² of a joint's spring. Its rate is said as a frequency: k = (2πf)² over what the two bodies
-/// together give way, here and now, to an impulse along it.
+/// ½ k x² of a joint's spring [J]. A frequency gives its stiffness: k = (2πf)² over the current
+/// inverse effective mass of the two bodies along it.
 fn elastic(joint: &Joint, bodies: &Bodies) -> f64 {
     if let Link::Six(six) = &joint.link {
         return springs::elastic(joint, six, bodies);
@@ -173,7 +175,7 @@ fn elastic(joint: &Joint, bodies: &Bodies) -> f64 {
     0.5 * omega * omega / give * stretch * stretch
 }
 
-/// Speed along `n` of the point at `r` for each unit of impulse there [1/kg].
+/// Speed along `n` of the point at `r` per unit of impulse there [1/kg].
 fn response(body: &Body, r: Vec3, n: Vec3) -> f32 {
     if !body.is_dynamic() {
         return 0.0;
@@ -182,7 +184,7 @@ fn response(body: &Body, r: Vec3, n: Vec3) -> f32 {
     1.0 / body.mass + lever.dot(inverse_inertia(body).mul(lever))
 }
 
-/// I⁻¹ of the axes that may turn [1/(kg m²), world].
+/// I⁻¹ over the unlocked rotation axes [1/(kg m²), world].
 pub(super) fn inverse_inertia(body: &Body) -> Sym3 {
     let axes = body.rotation * body.principal;
     let [x, y, z] = body.locks.angular;
@@ -191,7 +193,7 @@ pub(super) fn inverse_inertia(body: &Body) -> Sym3 {
         let each = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
         return Sym3::rotated_diagonal(axes, Vec3 { x: each(m.x), y: each(m.y), z: each(m.z) });
     }
-    // A locked axis is taken out of the matrix, the rest inverted.
+    // Removes locked axes from the matrix and inverts the rest.
     let mut inertia = Sym3::rotated_diagonal(axes, m);
     if x {
         (inertia.xx, inertia.xy, inertia.xz) = (1.0, 0.0, 0.0);

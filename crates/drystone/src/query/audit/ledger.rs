@@ -1,8 +1,8 @@
-//! The ledger: where energy came from and where it went, summed up step by step.
+//! The ledger: energy that entered and left the world, summed step by step.
 //!
-//! What the user does between steps is seen as the difference between the energy after one step and that
-//! before the next, so no call needs to report to the books. Forces and kinematic bodies act within the step
-//! and are accounted for there: their force times the way.
+//! The user's changes between steps are the difference between the energy after one step and the
+//! energy before the next, so no call has to report to the ledger. Forces and kinematic bodies act
+//! within the step; the ledger computes their work as force times displacement.
 
 use super::energy::Energy;
 use crate::base::double::DVec3;
@@ -14,38 +14,39 @@ use crate::state::def::BodyKind;
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
-/// Where energy came from and where it went [J], since [`crate::World::begin_ledger`].
+/// Energy that entered and left the world [J], since [`crate::World::begin_ledger`].
 ///
-/// start + forces + impulses + changes + kinematic = now + dissipated. The work of gravity is in the
-/// potential energy.
+/// start + forces + impulses + changes + kinematic = now + dissipated. The work of gravity is part
+/// of the potential energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Ledger {
-    /// Steps it covers.
+    /// Number of steps that it covers.
     pub steps: u64,
-    /// Energy when it began.
+    /// Energy at its start.
     pub start: Energy,
-    /// Energy now.
+    /// Current energy.
     pub now: Energy,
-    /// Work of the user's forces and torques, those for a step and the lasting ones: force times the
-    /// way of the center of mass, torque times the turn.
+    /// Work of the user's forces and torques, both one-step and lasting: force times the
+    /// displacement of the center of mass, torque times the rotation.
     pub forces: f64,
-    /// Kinetic energy that the user's calls between steps gave: impulses, velocities that were set, moving
-    /// bodies that came and went.
+    /// Kinetic energy that the user's calls between steps added: impulses, new velocities, moving
+    /// bodies added and removed.
     pub impulses: f64,
-    /// Potential and elastic energy that the user's calls between steps gave: bodies put elsewhere, bodies
-    /// and springs that came and went, another gravity.
+    /// Potential and elastic energy that the user's calls between steps added: moved bodies, bodies
+    /// and springs added and removed, a changed gravity.
     pub changes: f64,
-    /// Work of kinematic bodies through contacts and joints. An estimate: each step's impulses are taken
-    /// to be those of its last substep, which is so where they do not change within a step. What an
-    /// impact on a kinematic body gives is missed, and then missing in `dissipated`.
+    /// Work of kinematic bodies through contacts and joints. It is an estimate: it takes each
+    /// substep's impulses to equal those of the last substep, which is exact where they are
+    /// constant within a step. It misses the work of an impact on a kinematic body, which
+    /// `dissipated` then lacks.
     pub kinematic: f64,
-    /// What is not there any more: friction, impacts that do not bounce, damping, sleep. By the difference
-    /// of all the others, so the error of the integration is in it too. Negative: energy was gained.
+    /// Energy lost to friction, impacts without bounce, damping and sleep. It is the difference of
+    /// all other terms, so it includes the integration error. Negative: energy was gained.
     pub dissipated: f64,
 }
 
-/// A body that forces push in a step.
+/// A body on which the user's forces act in a step.
 #[derive(Clone, Copy, Debug)]
 struct Pushed {
     row: u32,
@@ -60,7 +61,7 @@ struct Pushed {
 pub(crate) struct Books {
     steps: u64,
     start: Energy,
-    /// After the last step.
+    /// Energy after the last step.
     last: Energy,
     forces: f64,
     impulses: f64,
@@ -69,7 +70,7 @@ pub(crate) struct Books {
     pushed: Vec<Pushed>,
 }
 
-// What pushes is known within a step only.
+// The list of pushed bodies is valid within a step only.
 impl Clone for Books {
     fn clone(&self) -> Self {
         Self { pushed: Vec::new(), ..*self }
@@ -82,7 +83,7 @@ impl Clone for Books {
 }
 
 impl Books {
-    /// Opened now.
+    /// Opens the ledger at the current state.
     pub(crate) fn open(tables: &Tables) -> Self {
         let start = Energy::of(tables);
         Self {
@@ -97,7 +98,8 @@ impl Books {
         }
     }
 
-    /// Before a step: what the user did since the last one, and what pushes in this one.
+    /// Runs before a step: adds the user's changes since the last step, and records the bodies with
+    /// forces in this one.
     pub(crate) fn before_step(&mut self, tables: &Tables) {
         let now = Energy::of(tables);
         self.impulses += now.kinetic() - self.last.kinetic();
@@ -113,7 +115,7 @@ impl Books {
         }
     }
 
-    /// After a step of `substeps`.
+    /// Runs after a step of `substeps` substeps: adds the work of forces and kinematic bodies.
     pub(crate) fn after_step(&mut self, tables: &Tables, substeps: u32) {
         for p in &self.pushed {
             let body = tables.bodies.at(p.row);
@@ -124,7 +126,7 @@ impl Books {
         }
         for row in &tables.bodies.awake {
             if tables.bodies.at(*row).kind == BodyKind::Kinematic {
-                // An impulse of a substep acts in each of them.
+                // The impulse of the last substep stands for each substep.
                 self.kinematic += f64::from(substeps) * work_of(*row, tables);
             }
         }
@@ -132,7 +134,7 @@ impl Books {
         self.steps += 1;
     }
 
-    /// What they say now.
+    /// The current ledger.
     pub(crate) fn ledger(&self, tables: &Tables) -> Ledger {
         let now = Energy::of(tables);
         let impulses = self.impulses + now.kinetic() - self.last.kinetic();
@@ -152,7 +154,7 @@ impl Books {
     }
 }
 
-/// What a kinematic body does to dynamic ones in a substep [J].
+/// Work of a kinematic body on dynamic ones in a substep [J].
 fn work_of(row: u32, tables: &Tables) -> f64 {
     let (bodies, contacts) = (&tables.bodies, &tables.contacts);
     let body = bodies.at(row);
@@ -172,7 +174,8 @@ fn work_of(row: u32, tables: &Tables) -> f64 {
     work
 }
 
-/// Impulses act on B, and backwards on A; what the moving side gives is their product with its velocity.
+/// Impulses act on B, and with opposite sign on A. The work of the moving side is the product of
+/// impulse and velocity.
 fn through_contact(body: &Body, c: &Contact, side: u32) -> f64 {
     let mut work = 0.0;
     let mut middle = Vec3::ZERO;
@@ -182,7 +185,7 @@ fn through_contact(body: &Body, c: &Contact, side: u32) -> f64 {
         work += f64::from(p.impulse) * f64::from(c.normal.dot(v));
         middle += v;
     }
-    // Friction meets the mean velocity of the points, as in the solver.
+    // Friction acts on the mean velocity of the points, as in the solver.
     let v = middle * (1.0 / f32::from(c.count.max(1)));
     work += f64::from(c.tangent_impulse.dot(v));
     let turn = c.normal * c.twist_impulse + c.rolling_impulse();
@@ -202,10 +205,10 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
             let force = joint.impulse.x * [1.0, pulley.ratio][i];
             return -f64::from((along * force).dot(body.velocity_at(r)));
         }
-        // It pushes by way of the joints that it couples.
+        // A coupling acts through the joints that it couples.
         Link::Coupling(_) => return 0.0,
         Link::Six(six) => {
-            // The force acts at anchor B on both.
+            // The force acts at anchor B on both bodies.
             let is_a = joint.body_a == row;
             let r = if is_a { b.center + rb - a.center } else { rb };
             let work = f64::from(six.state.force.dot(body.velocity_at(r)))

@@ -1,4 +1,4 @@
-//! Energy in the springs of joints of six axes.
+//! Elastic energy of six-axis joints.
 
 use super::energy::inverse_inertia;
 use crate::base::math::Vec3;
@@ -8,8 +8,8 @@ use crate::state::joints::Joint;
 use crate::state::six::Six;
 use crate::state::sixdof::{JointMotion, JointSpring};
 
-/// Energy [J] in the springs of drives and limits. A drive at its greatest force pulls with that from there
-/// on: F x - F²/(2 k).
+/// Energy in the springs of drives and limits [J]. A drive at its maximum force F pulls with F from
+/// there on: F x - F²/(2 k).
 pub(super) fn elastic(joint: &Joint, six: &Six, bodies: &Bodies) -> f64 {
     if six.def.scalars() == [false; 2] {
         return 0.0;
@@ -53,10 +53,10 @@ pub(super) fn elastic(joint: &Joint, six: &Six, bodies: &Bodies) -> f64 {
     sum
 }
 
-/// Six rows of two bodies: what each is, and what it does to them, in mass-normalized velocities.
+/// Six rows of two bodies: Jacobians, and the velocity response to each row.
 #[derive(Default)]
 struct Rows {
-    /// Of each row, n and r × n of both bodies, then the same by inverse masses.
+    /// For each row, n and r × n of both bodies, then the same multiplied by the inverse masses.
     rows: [[[Vec3; 4]; 2]; 6],
 }
 
@@ -79,7 +79,7 @@ impl Rows {
         n.iter().zip(m).map(|(n, m)| f64::from(n.dot(*m))).sum()
     }
 
-    /// Inverse mass of a row with the held ones at rest: what elimination of those leaves.
+    /// Inverse effective mass of a row with the held rows at rest, by elimination of the held rows.
     fn give(&self, row: usize, held: [bool; 6]) -> f64 {
         let mut k: [[f64; 6]; 6] =
             core::array::from_fn(|i| core::array::from_fn(|j| self.coupling(i, j)));

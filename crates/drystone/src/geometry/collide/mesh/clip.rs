@@ -1,18 +1,18 @@
-//! Polygons cut by planes.
+//! Clips polygons by planes.
 
 use super::contacts::mix;
 use super::triangle::Triangle;
 use crate::base::math::Vec3;
 use crate::geometry::manifold::FeatureId;
 
-/// A corner of a polygon and what made it.
+/// A corner of a polygon, and the features that made it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClipPoint {
     pub(super) position: Vec3,
     pub(super) feature: FeatureId,
 }
 
-/// A polygon (two points: a segment) and room to cut it.
+/// A polygon (two points: a segment) and memory to clip it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clipper {
     pub(super) points: Vec<ClipPoint>,
@@ -20,7 +20,7 @@ pub(super) struct Clipper {
 }
 
 impl Clipper {
-    /// Begins a polygon.
+    /// Starts a new polygon.
     #[inline(always)]
     pub(super) fn restart(&mut self) {
         self.points.clear();
@@ -31,7 +31,7 @@ impl Clipper {
         self.points.push(ClipPoint { position, feature });
     }
 
-    /// Keeps what lies where `normal · (p - at) <= slack` (Sutherland & Hodgman 1974).
+    /// Keeps the part where `normal · (p - at) <= slack` (Sutherland & Hodgman 1974).
     #[inline(always)]
     pub(super) fn cut(&mut self, normal: Vec3, at: Vec3, slack: f32, plane: u32) {
         let Some(&last) = self.points.last() else { return };
@@ -56,7 +56,7 @@ impl Clipper {
         core::mem::swap(&mut self.points, &mut self.spare);
     }
 
-    /// Keeps what lies over the triangle.
+    /// Keeps the part over the triangle.
     #[inline(always)]
     pub(super) fn cut_by_prism(&mut self, triangle: &Triangle, slack: f32) {
         for (k, plane) in (0..3).zip(triangle.number.wrapping_mul(4)..) {

@@ -9,59 +9,60 @@ use super::triangle::Triangle;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::geometry::manifold::{BORDER, FeatureId, Manifold, ManifoldPoint};
 
-/// Cosine of 5.1°: contacts whose normals are nearer than this share a manifold.
+/// Cosine of 5.1°: contacts whose normals are closer than this share a manifold.
 const SAME_NORMAL: f32 = 0.996;
 
-/// Cosine of 1 mrad: a normal nearer than this to that of the face is the face's.
+/// Cosine of 1 mrad: a normal closer than this to the face's counts as the face's.
 const FACE: f32 = 1.0 - 5.0e-7;
 
 /// Limits of a test that follow from the size of the solid.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Limits {
-    /// Points farther apart are left out [m].
+    /// Maximum separation of a contact point [m].
     pub(super) margin: f32,
-    /// Points nearer to each other are one [m].
+    /// Points closer to each other than this are merged [m].
     pub(super) merge: f32,
-    /// Another axis must beat the face's normal by this to be taken [m].
+    /// Another axis must be better than the face's normal by this much [m].
     pub(super) bias: f32,
-    /// A point may lie this far beside a triangle [m]: seams have no width.
+    /// Maximum distance of a point beside its triangle [m]: seams have no width.
     pub(super) slack: f32,
     /// Expected motion of the solid in this step [m].
     pub(super) way: Vec3,
-    /// The same if it turns little on it, else zero [m].
+    /// The same if the solid turns little in the step, else zero [m].
     pub(super) straight: Vec3,
-    /// Corners over a face are wanted even where an edge is nearer.
+    /// Whether corners over a face become contacts even where an edge is nearer.
     pub(super) corners: bool,
-    /// A contact this much deeper than triangle and solid overlap is wrong [m].
+    /// A contact this much deeper than the overlap of triangle and solid is wrong [m].
     pub(super) doubt: f32,
 }
 
-/// Along what a triangle and the solid are apart.
+/// An axis between a triangle and the solid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
     pub(super) normal: Vec3,
-    /// Along the normal, over all of triangle and solid [m].
+    /// Separation along the normal, over the whole triangle and solid [m].
     pub(super) separation: f32,
 }
 
-/// What one triangle contributes: some points with one normal.
+/// The contribution of one triangle: some points with one normal.
 #[derive(Clone, Copy, Debug)]
 struct Patch {
     axis: Axis,
-    /// A normal that needs less depth and that this triangle does not allow, but another that
-    /// shares the corner may.
+    /// A normal that needs less depth, that this triangle does not allow, but that another triangle
+    /// at the corner may allow.
     refused: Option<Vec3>,
     deepest: f32,
-    /// Deepest point when the solid has gone its way: what has no place is what matters least then.
+    /// Separation of the deepest point after the expected motion. If there are too many patches,
+    /// the ones with the largest values are dropped.
     due: f32,
     corners: [Vec3; 3],
-    /// How far the solid moves before its normal and points are so [m].
+    /// Displacement of the solid after which normal and points hold [m].
     shift: Vec3,
     first: usize,
     end: usize,
 }
 
-/// A patch among the others: what decides on its place, and its number.
+/// Sort key of a patch, and its number.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     stands_in: bool,
@@ -69,7 +70,7 @@ struct Place {
     patch: u32,
 }
 
-/// The contacts of all triangles, and memory that is kept from one solid to the next.
+/// The contacts of all triangles, and memory reused from one solid to the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     pub(super) limits: Limits,
@@ -82,7 +83,7 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// Begins with another solid.
+    /// Starts with another solid.
     pub(super) fn restart(&mut self, limits: Limits) {
         self.limits = limits;
         self.points.clear();
@@ -90,8 +91,8 @@ impl Contacts {
         self.spare = None;
     }
 
-    /// Takes those of `points` that lie within the margin as the contact of one triangle; false if
-    /// there are none.
+    /// Adds the points within the margin as the contact of one triangle; returns false if there are
+    /// none.
     #[inline(always)]
     pub(super) fn add(
         &mut self,
@@ -102,7 +103,8 @@ impl Contacts {
         self.add_instead(triangle, axis, None, points)
     }
 
-    /// Like [`Self::add`], of what is so only when the solid has moved by `shift` [m]: the separations are those of then.
+    /// Like [`Self::add`], for a contact after the solid has moved by `shift` [m]: the separations
+    /// are measured after this motion.
     pub(super) fn add_ahead(
         &mut self,
         triangle: &Triangle,
@@ -131,7 +133,7 @@ impl Contacts {
         refused: Option<Vec3>,
         points: impl IntoIterator<Item = ManifoldPoint>,
     ) -> bool {
-        // A face that lies flush stands in for none but itself.
+        // A face that lies flush stands in for no other.
         let refused = refused.filter(|normal| normal.dot(axis.normal) <= SAME_NORMAL);
         let is_face = axis.normal.dot(triangle.normal) > FACE;
         let border = if is_face || !triangle.is_border(axis.normal) { 0 } else { BORDER };
@@ -159,8 +161,8 @@ impl Contacts {
         end > first
     }
 
-    /// Adds those of `corners` of the solid that are over the triangle and apart from it: each of them must
-    /// stay so, whatever feature is nearer. `separation` is that of all of the solid.
+    /// Adds the `corners` of the solid that are over the triangle and apart from it: each must stay
+    /// apart, whatever feature is nearer. `separation` covers the whole solid.
     pub(super) fn add_corners(
         &mut self,
         triangle: &Triangle,
@@ -174,7 +176,7 @@ impl Contacts {
         self.add_vertices(triangle, over, (separation, radius));
     }
 
-    /// The same, of corners that are over the triangle: number, place, and how far apart.
+    /// Does the same for corners already over the triangle: number, position and distance.
     #[inline(always)]
     pub(super) fn add_vertices(
         &mut self,
@@ -189,8 +191,9 @@ impl Contacts {
         self.add(triangle, Axis { normal, separation }, points);
     }
 
-    /// Keeps an overlap in case no triangle has a proper one: at a saddle the nearest point may be a
-    /// corner whose normal lies between no two faces, and something must still stop the solid.
+    /// Keeps an overlap for the case that no triangle has a proper one. At a saddle the nearest
+    /// point may be a corner whose normal is not between any two faces; a contact must still stop
+    /// the solid.
     pub(super) fn add_spare(&mut self, normal: Vec3, point: ManifoldPoint) {
         let deeper = |m: &Manifold| point.separation < m.points[0].separation;
         if point.separation < 0.0 && self.spare.as_ref().is_none_or(deeper) {
@@ -199,13 +202,14 @@ impl Contacts {
         }
     }
 
-    /// True if the normal of another patch shows that triangle and solid are hardly as deep in each
-    /// other as `patch` says: a triangle can allow only what its own edges tell, and one that meets
-    /// the surface which carries the solid in no more than a corner would push it out through that
-    /// surface. What carries is less deep itself, so the least deep patch always stays, and its
-    /// points reach as deep as its normal says: else it holds another part of the solid. A patch whose
-    /// own points are not deep pushes nothing and stays: what hangs over a ledge may be far below its
-    /// plane while a corner is about to land on it.
+    /// Returns true if the normal of another patch shows that triangle and solid overlap much less
+    /// than `patch` says. A triangle only checks its own edges. If it meets the supporting surface
+    /// only in a corner, its patch would push the solid out through that surface.
+    ///
+    /// The supporting patch is less deep, so the least deep patch always stays. Its points must be
+    /// as deep as its normal says; otherwise it supports another part of the solid. A patch whose
+    /// own points are not deep pushes nothing and stays. For example, a solid that hangs over a
+    /// ledge may be far below the patch's plane while a corner is about to land on the patch.
     fn is_carried_by_another(&self, patch: &Patch) -> bool {
         let most = patch.axis.separation + self.limits.doubt;
         most < 0.0
@@ -280,7 +284,8 @@ impl Contacts {
         count
     }
 
-    /// Brings the patches in order: what is due first, and stand-ins last, for what they stand in for is known then.
+    /// Sorts the patches: the most urgent first, and stand-ins last, since the normals they stand
+    /// in for are known by then.
     fn sort(&mut self) {
         self.order.clear();
         self.order.extend((0..).zip(&self.patches).map(|(patch, of)| Place {
@@ -288,14 +293,14 @@ impl Contacts {
             due: of.due,
             patch,
         }));
-        // Those that are due alike in the order in which they came, which is that of the triangles' numbers.
+        // Equally urgent patches keep their order, which is that of the triangles' numbers.
         self.order.sort_unstable_by(|a, b| {
             a.stands_in.cmp(&b.stands_in).then(a.due.total_cmp(&b.due)).then(a.patch.cmp(&b.patch))
         });
     }
 }
 
-/// One number from three: the features that make a point.
+/// Hashes three numbers, the features that make a point, to one.
 #[inline(always)]
 pub(super) fn mix(a: u32, b: u32, c: u32) -> FeatureId {
     let mut h = 0x811c_9dc5_u32;
@@ -307,8 +312,9 @@ pub(super) fn mix(a: u32, b: u32, c: u32) -> FeatureId {
     h ^ (h >> 13)
 }
 
-/// A number for a direction, the same for all triangles of a plane: a vertex that slides over a flat
-/// floor keeps its feature from triangle to triangle, and has different ones on floor and wall.
+/// Returns a number for a direction, equal for all triangles of a plane. A vertex that slides over
+/// a flat floor keeps its feature from triangle to triangle, and has different ones on floor and
+/// wall.
 #[inline(always)]
 pub(super) fn direction_class(normal: Vec3) -> u32 {
     let class = |x: f32| {

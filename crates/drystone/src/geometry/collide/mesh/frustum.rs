@@ -1,5 +1,5 @@
-//! A cylinder, cone or truncated cone against one triangle: exact supports of the round surface; its
-//! discs become polygons only to place points.
+//! A cylinder, cone or truncated cone against one triangle. Support points of the round surface are
+//! exact; its discs become polygons only to place points.
 
 use super::clip::Clipper;
 use super::contacts::{self, Contacts, direction_class, mix};
@@ -19,8 +19,8 @@ const QUARTER: [(f32, f32); 4] = [
     (0.382_683_43, 0.923_879_5),
 ];
 
-/// Normals tried over the range of an edge, and halvings around the best of them: the result is
-/// within 1/8 · (2/3)^10 of the range, 0.2° at most.
+/// Sampled normals over the range of an edge, and interval reductions around the best of them. The
+/// result is within 1/8 · (2/3)^10 of the range, 0.2° at most.
 const SAMPLES: [f32; 9] = [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
 const REFINEMENTS: usize = 10;
 
@@ -31,7 +31,7 @@ pub(super) struct PlacedFrustum {
     axis: Vec3,
     half_height: f32,
     radii: [f32; 2],
-    /// Outward normal of the side, as parts away from and along the axis.
+    /// Outward normal of the side: components away from and along the axis.
     side: (f32, f32),
     /// Rounding [m].
     radius: f32,
@@ -40,7 +40,7 @@ pub(super) struct PlacedFrustum {
 #[derive(Clone, Copy, Debug)]
 enum Axis {
     Cap(usize),
-    /// The corner of the triangle it is turned to.
+    /// The triangle corner that the side faces.
     Side(usize),
     Edge,
 }
@@ -66,7 +66,8 @@ impl PlacedFrustum {
         }
     }
 
-    /// What the first tests need: the centers of the ends, the rims, and the planes of the ends.
+    /// Returns the data of the first tests: the centers of the ends, the rims, and the planes of
+    /// the ends.
     pub(super) fn outline(&self) -> ([Vec3; 2], Discs, [Plane; 2]) {
         let centers = [self.cap_center(0), self.cap_center(1)];
         (centers, (self.axis, self.radii), [self.cap_plane(0), self.cap_plane(1)])
@@ -81,7 +82,7 @@ impl PlacedFrustum {
         Plane { normal, offset: normal.dot(self.center) + self.half_height }
     }
 
-    /// The unit vector across the axis nearest to `direction`.
+    /// Returns the unit vector perpendicular to the axis nearest to `direction`.
     fn away(&self, direction: Vec3) -> Vec3 {
         let across = direction - self.axis * self.axis.dot(direction);
         if across.length_squared() < 1.0e-12 * direction.length_squared() {
@@ -90,23 +91,23 @@ impl PlacedFrustum {
         across.normalize_or(self.axis.any_perpendicular())
     }
 
-    /// The line of the side towards `away`.
+    /// Returns the line of the side towards `away`.
     fn generator(&self, away: Vec3) -> [Vec3; 2] {
         [0, 1].map(|cap| self.cap_center(cap) + away * self.radii[cap])
     }
 
-    /// The point that reaches farthest along `direction`.
+    /// Returns the point farthest along `direction`.
     fn support(&self, direction: Vec3) -> Vec3 {
         let [bottom, top] = self.generator(self.away(direction));
         if direction.dot(bottom) > direction.dot(top) { bottom } else { top }
     }
 
-    /// How far the frustum reaches along `direction` from the origin.
+    /// Extent of the frustum along `direction`, from the origin.
     fn reach(&self, direction: Vec3) -> f32 {
         direction.dot(self.support(direction))
     }
 
-    /// The cap that faces `direction` more than the side does.
+    /// Returns the cap, if it faces `direction` more than the side does.
     fn cap_towards(&self, direction: Vec3) -> Option<usize> {
         let along = self.axis.dot(direction);
         let side = self.away(direction).dot(direction) * self.side.0 + along * self.side.1;
@@ -114,7 +115,7 @@ impl PlacedFrustum {
         (along.abs() > side && self.radii[cap] > 0.0).then_some(cap)
     }
 
-    /// Begins with the polygon of a cap, its first corner towards `away`.
+    /// Starts with the polygon of a cap, its first corner towards `away`.
     fn push_cap(&self, cap: usize, away: Vec3, class: u32, clipper: &mut Clipper) {
         let (center, across) = (self.cap_center(cap), self.axis.cross(away));
         let (u, v) = (away * self.radii[cap], across * self.radii[cap]);
@@ -130,12 +131,13 @@ impl PlacedFrustum {
         }
     }
 
-    /// Keeps what lies over a cap, whose polygon begins towards `start`.
+    /// Keeps the part over a cap, whose polygon starts towards `start`.
     fn cut_by_rim(&self, cap: usize, start: Vec3, slack: f32, clipper: &mut Clipper) {
         let center = self.cap_center(cap);
         let away = self.away(start - center);
         let across = self.axis.cross(away);
-        // From the middle of a side to the center, for a polygon with its corners on the rim.
+        // Distance from the center to the middle of a side, for a polygon with its corners on the
+        // rim.
         let inner = self.radii[cap] * 0.980_785_25;
         let mut turned = (away, across);
         for quarter in 0..4 {
@@ -148,8 +150,8 @@ impl PlacedFrustum {
     }
 }
 
-/// Adds the contact of `body` with `triangle`; if an axis shows that they are too far apart for one, says how far
-/// they are at least [m].
+/// Adds the contact of `body` with `triangle`. If an axis shows that they are too far apart for
+/// one, returns a lower bound on their distance [m].
 pub(super) fn frustum(
     triangle: &Triangle,
     body: &PlacedFrustum,
@@ -170,7 +172,7 @@ pub(super) fn frustum(
             triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
         let normal = -plane.normal;
         let part = triangle.support(normal);
-        // A normal of the side is made for one corner; as contact it is of no use at another.
+        // A normal of the side is computed for one corner; for a contact at another it is useless.
         let fits = !matches!((axis, part), (Axis::Side(i), Part::Corner(j)) if i != j);
         let slot = if triangle.allows(part, normal) { &mut best } else { &mut refused };
         if fits && separation > slot.map_or(least, |b| b.separation) {
@@ -251,8 +253,8 @@ pub(super) fn frustum(
     None
 }
 
-/// The normal over edge `k`, from the face's to that of the neighbor (or straight outward, if that
-/// comes first), that separates most.
+/// Returns the normal over edge `k` with the largest separation. The range is from the face's
+/// normal to the neighbor's, or to straight outward if that comes first.
 fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3, f32) {
     let (bend, outward) = (triangle.bend(k), triangle.outward[k]);
     let last =
@@ -270,7 +272,7 @@ fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3,
             (middle, most) = (t, separation);
         }
     }
-    // One peak is left between the neighbors of the best sample.
+    // Between the neighbors of the best sample there is one peak.
     let (mut low, mut high) = ((middle - 0.125).max(0.0), (middle + 0.125).min(1.0));
     for _ in 0..REFINEMENTS {
         let third = (high - low) * (1.0 / 3.0);
@@ -279,7 +281,7 @@ fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3,
     at(0.5 * (low + high))
 }
 
-/// The normal is the triangle's: cap or line of the side, cut to what lies over the triangle.
+/// Contact along the triangle's normal: cap or side line, clipped to the part over the triangle.
 fn on_triangle(
     triangle: &Triangle,
     body: &PlacedFrustum,
@@ -306,7 +308,7 @@ fn on_triangle(
     contacts.add_instead(triangle, axis, refused, points)
 }
 
-/// The normal is that of a cap, which an edge or a corner of the triangle touches.
+/// Contact along the normal of a cap, which an edge or a corner of the triangle touches.
 fn on_cap(
     triangle: &Triangle,
     body: &PlacedFrustum,
@@ -321,9 +323,9 @@ fn on_cap(
     add_clipped_triangle(triangle, &plane, body.radius, contacts, clipper);
 }
 
-/// An edge cuts through a cap at a small angle: there the lowest point of the rim changes with the
-/// last bits of the normal, so the points come from the part of the edge that is over the cap. False
-/// if there is none.
+/// Contact of an edge that cuts through a cap at a small angle. There the lowest point of the rim
+/// changes with the last bits of the normal, so the points come from the part of the edge over the
+/// cap. Returns false if there is none.
 fn edge_on_cap(
     triangle: &Triangle,
     body: &PlacedFrustum,
@@ -354,8 +356,8 @@ fn edge_on_cap(
     contacts.add(triangle, contacts::Axis { normal, separation }, points)
 }
 
-/// The side touches an edge or a corner; false if the axis separates them but no points near each
-/// other lie along it.
+/// Contact of the side with an edge or a corner. Returns false if the axis separates them but no
+/// points near each other lie along it.
 fn at_line(
     triangle: &Triangle,
     body: &PlacedFrustum,
@@ -369,7 +371,8 @@ fn at_line(
     let (p, q) = (ends[0].lerp(ends[1], s), line[0].lerp(line[1], t));
     let slack = contacts.limits.slack + contacts.limits.merge;
     let gap = p - q;
-    // Along the generator the supports are equally far only up to the precision of the normal.
+    // Along the generator the support points are equally far only up to the precision of the
+    // normal.
     if (gap - normal * normal.dot(gap)).length() > slack + 0.01 * separation.abs() {
         return false;
     }

@@ -1,5 +1,5 @@
-//! A polytope against one triangle: separating axes, with the axes that a closed surface would not
-//! have left out.
+//! A polytope against one triangle: separating axes, without the axes that a closed surface would
+//! not allow.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -14,11 +14,11 @@ use crate::geometry::clip::STEEP;
 use crate::geometry::hull::Plane;
 use crate::geometry::manifold::ManifoldPoint;
 
-/// What separates the two most.
+/// The axis of largest separation.
 #[derive(Clone, Copy, Debug)]
 enum Axis {
     Face(usize),
-    /// Edge of the triangle, first half-edge of the polytope.
+    /// Edge of the triangle, and first half-edge of the polytope's edge.
     Edges(usize, usize),
 }
 
@@ -30,8 +30,8 @@ struct Best {
     separation: f32,
 }
 
-/// Adds the contact of `hull` with `triangle`; if an axis shows that they are too far apart for one, says how far
-/// they are at least [m].
+/// Adds the contact of `hull` with `triangle`. If an axis shows that they are too far apart for
+/// one, returns a lower bound on their distance [m].
 #[inline(always)]
 pub(super) fn hull<S: Simd>(
     simd: S,
@@ -124,7 +124,7 @@ pub(super) fn hull<S: Simd>(
     None
 }
 
-/// Takes the axis of a face of the polytope, if it is better than what was found before.
+/// Keeps the axis of a face of the polytope, if it is better than the ones found before.
 #[inline(always)]
 fn try_face(
     triangle: &Triangle,
@@ -141,7 +141,8 @@ fn try_face(
     }
 }
 
-/// The normal is the triangle's: the polytope's lowest face is cut to what lies over the triangle.
+/// Contact along the triangle's normal: the polytope's lowest face, clipped to the part over the
+/// triangle.
 #[inline(always)]
 fn on_triangle(
     triangle: &Triangle,
@@ -174,8 +175,9 @@ fn on_triangle(
     contacts.add_instead(triangle, axis, refused, points);
 }
 
-/// The vertices over a triangle that stand low: less than half as much higher than the lowest as they are away from it. The lowest need
-/// not be one of the lowest face, and what turns sets down those of its neighbors. A box has none besides that face's.
+/// Returns the low vertices over a triangle: [`STEEP`] times their height above the lowest one is
+/// at most their distance from it. The lowest vertex need not be one of the lowest face, and a body
+/// that turns next lands on its low neighbors. A box has no such vertices beyond that face's.
 fn low_vertices(hull: &PlacedHull<'_>) -> impl Iterator<Item = (u32, Vec3, f32)> {
     let over = || if hull.is_cuboid() { None } else { Some(hull.vertices_over()) };
     let mut lowest = (f32::INFINITY, Vec3::ZERO);
@@ -189,7 +191,8 @@ fn low_vertices(hull: &PlacedHull<'_>) -> impl Iterator<Item = (u32, Vec3, f32)>
     })
 }
 
-/// The normal is that of a face of the polytope, which an edge or a corner of the triangle touches.
+/// Contact along the normal of a face of the polytope, which an edge or a corner of the triangle
+/// touches.
 #[inline(always)]
 fn on_hull_face(
     triangle: &Triangle,
@@ -212,7 +215,7 @@ fn on_hull_face(
     add_clipped_triangle(triangle, &plane, hull.radius, contacts, clipper);
 }
 
-/// Begins with the triangle as polygon.
+/// Starts with the triangle as polygon.
 #[inline(always)]
 pub(super) fn push_corners(triangle: &Triangle, clipper: &mut Clipper) {
     for (corner, vertex) in triangle.corners.iter().zip(triangle.vertices) {
@@ -220,7 +223,7 @@ pub(super) fn push_corners(triangle: &Triangle, clipper: &mut Clipper) {
     }
 }
 
-/// What is left of the triangle, as contact with the flat face on `plane`.
+/// Adds the clipped triangle as contact with the flat face on `plane`.
 #[inline(always)]
 pub(super) fn add_clipped_triangle(
     triangle: &Triangle,
@@ -239,7 +242,8 @@ pub(super) fn add_clipped_triangle(
     contacts.add(triangle, contacts::Axis { normal: -plane.normal, separation }, points);
 }
 
-/// Two edges touch; false if the axis separates them but no points near each other lie along it.
+/// Contact of two edges; returns false if the axis separates them but no points near each other lie
+/// along it.
 #[inline(always)]
 fn on_edges(
     triangle: &Triangle,

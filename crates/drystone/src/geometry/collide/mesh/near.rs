@@ -1,5 +1,5 @@
-//! Which triangles of a mesh a solid may touch before the step ends: eight at a time, by the axes
-//! that cost least. What is left of them is tested one by one.
+//! Finds the triangles of a mesh that a solid may touch before the step ends: eight at a time, by
+//! the cheapest axes. The remaining ones are then tested one by one.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -11,52 +11,53 @@ use crate::base::wide::{
 };
 use crate::geometry::mesh::{Mesh, Pack, Window};
 
-/// Packs that are asked for at once: about what a core can wait for.
+/// Prefetch distance, in packs: about the number of outstanding loads of a core.
 const AHEAD: usize = 4;
 
-/// See [`Reach::grain`]; in meters.
+/// Default of [`Reach::grain`] [m].
 const GRAIN: f32 = 1.0e-6;
 
-/// How far contacts of a mesh are looked for.
+/// Search range for contacts of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
-    /// Points up to this far apart are contacts, whichever way the solid moves [m].
+    /// Maximum separation of a contact point, in any direction of motion [m].
     pub(crate) margin: f32,
-    /// Triangles that stay farther apart than this, beside the way below, are left out [m].
+    /// Maximum distance of a triangle over the motion `way`; farther triangles are left out [m].
     pub(crate) rest: f32,
-    /// How the solid's center is expected to move against the mesh in this step [m, frame of the mesh].
+    /// Expected motion of the solid's center relative to the mesh in this step
+    /// [m, frame of the mesh].
     pub(crate) way: Vec3,
-    /// It turns little on that way: where it meets an edge can be told.
+    /// Whether the solid turns little in the motion, so that its hits on edges can be predicted.
     pub(crate) is_straight: bool,
-    /// The solid is fast: its corners over a face are contacts even where an edge is nearer. After a hit
-    /// at the edge they may come down within the step.
+    /// Whether the solid is fast: its corners over a face are contacts even where an edge is
+    /// nearer. After a hit at the edge they may land within the step.
     pub(crate) corners: bool,
-    /// Worth of looking farther, to know how far apart the two are when they do not touch [m].
+    /// Extra search distance, to find the distance of the two when they do not touch [m].
     pub(crate) room: f32,
-    /// Points so near each other are one, beside a part of their size [m].
+    /// Points closer than this plus a fraction of the solid's size are merged [m].
     pub(crate) grain: f32,
 }
 
 impl Reach {
-    /// The same in all directions.
+    /// Equal range in all directions.
     pub(crate) fn still(margin: f32) -> Self {
         let way = Vec3::ZERO;
         let (rest, grain) = (margin, GRAIN);
         Self { margin, rest, way, is_straight: false, corners: false, room: 0.0, grain }
     }
 
-    /// In a world whose typical body has this length [m].
+    /// Scales the grain to a world whose typical body has this length [m].
     pub(crate) fn in_lengths(self, length: f32) -> Self {
         Self { grain: GRAIN * length, ..self }
     }
 }
 
-/// A triangle that may be reached.
+/// A triangle that the solid may reach.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
-    /// Its number, above its pack and lane.
+    /// Triangle number in the upper half, pack and lane in the lower half.
     key: u64,
-    /// How far apart it and the solid are, at least [m]; below 0: not known.
+    /// Lower bound on the distance to the solid [m]; below 0: unknown.
     pub(super) apart: f32,
 }
 
@@ -67,7 +68,7 @@ impl Near {
         Self { key: (u64::from(number) << 32) | place, apart }
     }
 
-    /// Its number.
+    /// Triangle number.
     pub(super) const fn number(self) -> u32 {
         (self.key >> 32) as u32
     }
@@ -83,26 +84,26 @@ impl Near {
 /// The rims of a frustum's ends: unit axis, and the radius at each of the two points [m].
 pub(super) type Discs = (Vec3, [f32; 2]);
 
-/// The solid in the frame of the mesh, as these tests see it.
+/// The solid in the frame of the mesh, in the form that these tests use.
 #[derive(Debug)]
 pub(super) struct Outline<'a> {
-    /// Around all of it, its rounding too.
+    /// Bounding box, including the rounding.
     pub(super) bounds: Aabb,
-    /// The box around its core along its own axes: center, unit axes and half extents [m].
+    /// Bounding box of the core along its own axes: center, unit axes and half extents [m].
     pub(super) core: (Vec3, [Vec3; 3], Vec3),
-    /// What decides on which side of a triangle it is.
+    /// Point that decides on which side of a triangle the solid is.
     pub(super) center: Vec3,
-    /// Its corners, from the center.
+    /// Corners, relative to the center.
     pub(super) points: &'a [Row],
     pub(super) discs: Option<Discs>,
-    /// Its faces: normals and offsets.
+    /// Faces: normals and offsets.
     pub(super) planes: &'a [Row],
     /// Rounding [m].
     pub(super) radius: f32,
 }
 
-/// Lists the triangles that may be reached, in the order of their numbers; returns a distance [m] that
-/// the solid is at least away from all others.
+/// Lists the triangles that the solid may reach, sorted by number. Returns a lower bound on the
+/// distance [m] of the solid from all others.
 #[inline(always)]
 pub(super) fn find<S: Simd>(
     simd: S,
@@ -127,11 +128,12 @@ pub(super) fn find<S: Simd>(
         axes,
         half: half + along,
     };
-    // The window reaches `look` beyond the solid: what is outside it is farther by so much.
+    // The window extends `look` beyond the solid, so everything outside it is at least that far
+    // away.
     let others = look + mesh.tree().find(simd, &window, stack, packs);
     let mut gap = splat(simd, others);
     let rest = splat(simd, reach.rest);
-    // All that are in line, before the first is read.
+    // Prefetches the first packs, before the loop reads the first one.
     for &item in packs.iter().take(AHEAD) {
         prefetch(mesh.pack(item));
     }
@@ -141,7 +143,7 @@ pub(super) fn find<S: Simd>(
         }
         let pack = mesh.pack(item);
         let (apart, missed) = test(simd, pack, solid, reach);
-        // Lanes that are not in use repeat another.
+        // Lanes not in use repeat another triangle.
         let left_out = above(missed, rest);
         gap = select(left_out, min(gap, apart), gap);
         let numbers = pack.numbers();
@@ -162,8 +164,8 @@ pub(super) fn find<S: Simd>(
     least(gap)
 }
 
-/// For each lane: how far apart the triangle and the solid are at least now, and how far they stay
-/// apart along the solid's way.
+/// For each lane: lower bounds on the current distance of triangle and solid, and on their distance
+/// during the solid's motion.
 #[inline(always)]
 fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (Wide<S>, Wide<S>) {
     let zero = splat(simd, 0.0);
@@ -186,7 +188,7 @@ fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (W
     let [p, q, r] = Vec3w::load3(simd, &pack.corners);
     let normal = Vec3w::load(simd, &pack.normals);
     let height = normal.dot(Vec3w::splat(simd, solid.center) - p);
-    // Seen from the side where the solid is.
+    // Normal on the side of the solid.
     let normal = Vec3w::select(above(zero, height), -normal, normal);
     let mut low = splat(simd, f32::INFINITY);
     if let Some((axis, radii)) = &solid.discs {

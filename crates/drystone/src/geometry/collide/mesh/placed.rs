@@ -21,7 +21,8 @@ pub(super) type Row = [f32; 4];
 /// Memory for a placed polytope.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Space {
-    /// Vertices, from the origin and from the center [m], and normals with offsets of the faces [m], one by one.
+    /// Vertices relative to the origin and to the center [m], and normals with offsets of the faces
+    /// [m], one by one.
     vertices: Vec<Row>,
     arms: Vec<Row>,
     planes: Vec<Row>,
@@ -30,11 +31,11 @@ pub(super) struct Space {
     normals: Vec<[Lanes; 3]>,
     offsets: Vec<Lanes>,
     edges: Vec<Edges>,
-    /// Numbers of vertices, and how far apart they are [m].
+    /// Vertex numbers, and distances [m].
     over: Vec<(u32, f32)>,
 }
 
-/// Eight edges: where they start and how they run [m], and the normals of their two faces.
+/// Eight edges: start point and direction vector [m], and the normals of their two faces.
 #[derive(Clone, Copy, Debug)]
 struct Edges {
     start: [Lanes; 3],
@@ -61,11 +62,11 @@ pub(super) struct EdgeAxis {
     pub(super) separation: f32,
 }
 
-/// The two are farther apart than contacts reach: by so much at least [m].
+/// Result for two that are farther apart than contacts reach: a lower bound on the distance [m].
 pub(super) struct Separated(pub(super) f32);
 
 impl<'a> PlacedHull<'a> {
-    /// Uses `space` as memory.
+    /// Places a hull; uses `space` as memory.
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         simd: S,
@@ -117,12 +118,12 @@ impl<'a> PlacedHull<'a> {
         Self { hull, turn, position: pose.position, space, center, radius }
     }
 
-    /// It is a box along its own axes.
+    /// Returns whether it is a box along its own axes.
     pub(super) fn is_cuboid(&self) -> bool {
         self.hull.cuboid.is_some()
     }
 
-    /// Places of the vertices, from the center [m].
+    /// Vertices, relative to the center [m].
     pub(super) fn arms(&self) -> &[Row] {
         &self.space.arms
     }
@@ -132,7 +133,7 @@ impl<'a> PlacedHull<'a> {
         &self.space.planes
     }
 
-    /// A face's plane.
+    /// Plane of a face.
     #[inline(always)]
     pub(super) fn plane(&self, face: usize) -> Plane {
         let [x, y, z, offset] = self.space.planes[face];
@@ -145,7 +146,7 @@ impl<'a> PlacedHull<'a> {
         vec3(x, y, z)
     }
 
-    /// The smallest box around it.
+    /// Smallest bounding box.
     #[inline(always)]
     pub(super) fn bounds<S: Simd>(&self, simd: S) -> Aabb {
         let mut low = Vec3w::splat(simd, Vec3::splat(f32::INFINITY));
@@ -160,7 +161,7 @@ impl<'a> PlacedHull<'a> {
         Aabb::new(low, high).grown(self.radius)
     }
 
-    /// The least of `normal` · (v - `at`) over the vertices.
+    /// Minimum of `normal` · (v - `at`) over the vertices.
     #[inline(always)]
     pub(super) fn least_along<S: Simd>(&self, simd: S, normal: Vec3, at: Vec3) -> f32 {
         let (n, at) = (Vec3w::splat(simd, normal), Vec3w::splat(simd, at));
@@ -171,7 +172,7 @@ impl<'a> PlacedHull<'a> {
         least(low)
     }
 
-    /// How far the lowest of its vertices that are farther than `limit` over the plane of a triangle is [m].
+    /// Height of the lowest vertex that is more than `limit` above the plane of a triangle [m].
     #[inline(always)]
     pub(super) fn next_above<S: Simd>(&self, simd: S, triangle: &Triangle, limit: f32) -> f32 {
         let infinite = splat(simd, f32::INFINITY);
@@ -186,8 +187,9 @@ impl<'a> PlacedHull<'a> {
         least(next) - self.radius
     }
 
-    /// True if no normal over edge `k`, from the triangle's to that of the neighbor, separates more than
-    /// `limit`: every vertex bounds that, by its height over the plane and its way beyond the edge.
+    /// Returns true if no normal over edge `k`, from the triangle's to the neighbor's, separates
+    /// more than `limit`. Every vertex bounds the separation, by its height over the plane and its
+    /// distance beyond the edge.
     #[inline(always)]
     pub(super) fn is_within<S: Simd>(
         &self,
@@ -212,17 +214,17 @@ impl<'a> PlacedHull<'a> {
         bits(above(low, splat(simd, limit))) != ALL
     }
 
-    /// Groups of faces.
+    /// Number of groups of faces.
     pub(super) fn face_groups(&self) -> usize {
         self.space.offsets.len()
     }
 
-    /// One bit for each face of a group.
+    /// Bit mask of the faces of a group.
     pub(super) fn faces_in(&self, group: usize) -> u32 {
         lanes_in_use(self.space.planes.len(), group)
     }
 
-    /// How far the triangle is from each of eight faces [m].
+    /// Distance of the triangle from each of eight faces [m].
     #[inline(always)]
     pub(super) fn heights<S: Simd>(&self, simd: S, group: usize, triangle: &Triangle) -> Wide<S> {
         let n = Vec3w::load(simd, &self.space.normals[group]);
@@ -233,7 +235,7 @@ impl<'a> PlacedHull<'a> {
         min(min(a, b), c) - offset
     }
 
-    /// The face most opposite to `normal`, the first of several.
+    /// Returns the face most opposite to `normal`, the first of several.
     #[inline(always)]
     pub(super) fn face_against<S: Simd>(&self, simd: S, normal: Vec3) -> usize {
         let along = Vec3w::splat(simd, normal);
@@ -251,7 +253,8 @@ impl<'a> PlacedHull<'a> {
         face
     }
 
-    /// Looks for the vertices that are over the triangle, from `least` [m] on: 0 where they are apart.
+    /// Finds the vertices over the triangle with a distance of at least `least` [m]; 0: apart ones
+    /// only.
     #[inline(always)]
     pub(super) fn find_vertices_over<S: Simd>(&mut self, simd: S, triangle: &Triangle, least: f32) {
         let (zero, lowest) = (splat(simd, 0.0), splat(simd, least));
@@ -289,12 +292,12 @@ impl<'a> PlacedHull<'a> {
         }
     }
 
-    /// What was found, each with its distance [m].
+    /// Returns the vertices found, each with its distance [m].
     pub(super) fn vertices_over(&self) -> impl Iterator<Item = (u32, Vec3, f32)> {
         self.space.over.iter().map(|&(i, apart)| (i, self.vertex(i as usize), apart))
     }
 
-    /// Lays out the edges.
+    /// Places the edges.
     #[inline(always)]
     fn place_edges<S: Simd>(&mut self, simd: S) {
         let x = Vec3w::splat(simd, self.turn.x);
@@ -307,7 +310,7 @@ impl<'a> PlacedHull<'a> {
             let (p, q) = (group.ends[0].load(simd), group.ends[1].load(simd));
             let start = x * p.x + y * p.y + z * p.z + position;
             start.store(&mut placed.start);
-            // The difference of the placed ends, as the vertices tell it.
+            // Difference of the placed ends, equal to the difference of the placed vertices.
             (x * q.x + y * q.y + z * q.z + position - start).store(&mut placed.along);
             for side in 0..2 {
                 let n = group.normals[side].load(simd);
@@ -317,8 +320,8 @@ impl<'a> PlacedHull<'a> {
         }
     }
 
-    /// The edge of the polytope whose axis with edge `k` of the triangle separates most and by more than
-    /// `limit`.
+    /// Returns the edge of the polytope whose axis with edge `k` of the triangle has the largest
+    /// separation, if that is more than `limit`.
     #[inline(always)]
     pub(super) fn best_edge<S: Simd>(
         &mut self,
@@ -344,7 +347,8 @@ impl<'a> PlacedHull<'a> {
         for (group, edges) in self.space.edges.iter().enumerate() {
             let u = Vec3w::load(simd, &edges.normals[0]);
             let v = Vec3w::load(simd, &edges.normals[1]);
-            // Opposite the normals at right angles to `along` lies none of those at this edge.
+            // If both face normals are on one side of `along`, no normal between them is
+            // perpendicular to it.
             let aside = above(u.dot(along) * v.dot(along), zero);
             if bits(aside) == ALL {
                 continue;
@@ -384,7 +388,7 @@ impl<'a> PlacedHull<'a> {
         Ok(best)
     }
 
-    /// Both ends of the edge that begins with half-edge `edge`.
+    /// Both ends of the edge that starts with half-edge `edge`.
     #[inline(always)]
     pub(super) fn ends(&self, edge: usize) -> [Vec3; 2] {
         [edge, edge ^ 1].map(|e| self.origin(self.hull.edges[e]))
@@ -405,7 +409,7 @@ impl<'a> PlacedHull<'a> {
         }
     }
 
-    /// The vertex a half-edge starts at.
+    /// Start vertex of a half-edge.
     #[inline(always)]
     pub(super) fn origin(&self, edge: HalfEdge) -> Vec3 {
         self.vertex(usize::from(edge.origin))
@@ -418,8 +422,8 @@ impl<'a> PlacedHull<'a> {
     }
 }
 
-/// True where an axis supports the polytope at an edge with the faces' normals u and v along d: its
-/// opposite lies between the normals [Gregorius13].
+/// Returns true where an axis supports the polytope at an edge with face normals u and v along d:
+/// its opposite lies between the normals [Gregorius13].
 #[inline(always)]
 fn supports<S: Simd>(
     simd: S,

@@ -6,20 +6,23 @@ use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
 use crate::geometry::manifold::ManifoldPoint;
 
-/// A normal this near to the face's (cosine of 0.8°) is the face's.
+/// Cosine of 0.8°: a normal this close to the face's counts as the face's.
 const UPRIGHT: f32 = 0.9999;
-/// A normal stays as it is if by its turning no more than this part of the radius is gone along it in the step: over the
-/// gap it turns by gap · along / (closing · radius), where `along` is the way beside it, and the way along it is `closing`.
+/// Limit for the rotation of a normal during the step: it is ignored if it changes the motion along
+/// the normal by no more than this fraction of the radius. Over the gap the normal turns by gap ·
+/// along / (closing · radius); `closing` is the motion along the normal, `along` the motion
+/// across.
 const TURN: f32 = 1.0e-3;
-/// Advances to an edge, at most, and what is left then as a part of the radius: the error of the normal is its root.
+/// Maximum number of advances to an edge, and the remaining gap relative to the radius. The error
+/// of the normal is the root of this gap.
 const ROUNDS: usize = 16;
 const MET: f32 = 1.0e-5;
-/// Halvings of the way to where what passes by is nearest.
+/// Bisections of the motion to the nearest point of a solid that passes by.
 const HALVINGS: usize = 6;
 /// Sine of the angle below which a segment and an edge touch in two points.
 const PARALLEL: f32 = 0.1;
 
-/// The point half way between the surfaces, from a point of the core.
+/// The midpoint between the surfaces, from a point of the core.
 #[inline]
 pub(super) fn point(
     core: Vec3,
@@ -32,12 +35,13 @@ pub(super) fn point(
     ManifoldPoint { position, separation, feature }
 }
 
-/// How far a round solid moves before it meets the edge or corner that is `nearest` to the point `core` of it, or comes
-/// nearest to it within the step [m]; zero if the normal hardly turns on the way.
+/// Displacement of a round solid before it hits the edge or corner that is `nearest` to its point
+/// `core`, or before it is nearest to it within the step [m]. Zero if the normal hardly turns
+/// during the motion.
 ///
-/// The normal of an edge ahead points back along the way, and would stop what goes over the edge. `closest` tells the
-/// nearest points when the solid has moved so far. Each advance is as long as the plane between the two allows
-/// `[Mirtich96]`.
+/// The normal of an edge ahead points back along the motion, and would stop a solid that goes over
+/// the edge. `closest` returns the nearest points after a displacement. Each advance is as long as
+/// the plane between the two allows `[Mirtich96]`.
 fn way_to_edge(
     start: (Vec3, Vec3),
     (radius, way): (f32, Vec3),
@@ -49,7 +53,7 @@ fn way_to_edge(
         (apart, distance - radius, -apart.dot(way) / distance)
     };
     let (apart, gap, closing) = seen(start);
-    // A row acts a substep ahead of the touch, in the last sweep up to a step ahead of it.
+    // A row acts a substep ahead of the touch, and in the last sweep up to a step ahead of it.
     if !(gap > 0.0 && 2.0 * closing > gap) {
         return Vec3::ZERO;
     }
@@ -62,7 +66,8 @@ fn way_to_edge(
     for _ in 0..ROUNDS {
         let (_, gap, closing) = seen(closest(way * fraction));
         if !(closing > 0.0) {
-            // It passes by. Where it is nearest the plane between the two lies along the way.
+            // The solid passes by. Where it is nearest, the plane between the two is parallel to
+            // the motion.
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (before + fraction);
                 let (_, _, closing) = seen(closest(way * middle));
@@ -79,7 +84,8 @@ fn way_to_edge(
     way * fraction
 }
 
-/// Adds the contact of a sphere; if it is too far away for one, says how far it is at least [m].
+/// Adds the contact of a sphere; if it is too far away for one, returns a lower bound on the
+/// distance [m].
 pub(super) fn sphere(
     triangle: &Triangle,
     center: Vec3,
@@ -110,7 +116,7 @@ pub(super) fn sphere(
             return None;
         }
         if triangle.outside(center) > contacts.limits.slack {
-            // What is ahead overlaps nothing.
+            // A contact ahead is no overlap.
             if shift == Vec3::ZERO {
                 contacts.add_spare(normal, p);
             }
@@ -124,8 +130,8 @@ pub(super) fn sphere(
     None
 }
 
-/// Adds the contact of a capsule with its core from `ends[0]` to `ends[1]`; if it is too far away for one, says how
-/// far it is at least [m].
+/// Adds the contact of a capsule with its core from `ends[0]` to `ends[1]`. If it is too far away
+/// for one, returns a lower bound on the distance [m].
 pub(super) fn capsule(
     triangle: &Triangle,
     ends: [Vec3; 2],
@@ -200,7 +206,8 @@ pub(super) fn capsule(
     None
 }
 
-/// The nearest points of segment and triangle, which do not cross, and the part of the triangle.
+/// Returns the nearest points of segment and triangle, which do not cross, and the part of the
+/// triangle.
 fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part) {
     let mut best = (ends[0], ends[0], Part::Face);
     let mut least = f32::INFINITY;
@@ -230,7 +237,8 @@ fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part
     best
 }
 
-/// The contact of a segment at an edge or corner, when it has moved by `shift`: two points where it runs along an edge.
+/// Adds the contact of a segment at an edge or corner, after a displacement by `shift`: two points
+/// where it runs along an edge.
 pub(super) fn along_edge(
     triangle: &Triangle,
     part: Part,

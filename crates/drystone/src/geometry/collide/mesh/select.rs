@@ -1,4 +1,4 @@
-//! Which of the points that share a normal a manifold keeps: eight looked at at a time.
+//! Selects the points that a manifold keeps among those that share a normal, eight at a time.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -9,7 +9,7 @@ use crate::base::wide::{
 };
 use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
 
-/// Eight points. Lanes that are not in use repeat the first.
+/// Eight points. Lanes not in use repeat the first.
 #[derive(Clone, Copy, Debug)]
 struct Group {
     position: [Lanes; 3],
@@ -17,7 +17,7 @@ struct Group {
     feature: [FeatureId; LANES],
 }
 
-/// Points that share a normal, in the order in which they came.
+/// Points that share a normal, in the order in which they were added.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Members {
     groups: Vec<Group>,
@@ -34,7 +34,7 @@ struct Best {
 impl Best {
     const NONE: Self = Self { value: f32::NEG_INFINITY, number: 0 };
 
-    /// Takes that of a group, if it is larger.
+    /// Takes the best point of a group, if its value is larger.
     #[inline(always)]
     fn of<S: Simd>(&mut self, simd: S, group: usize, values: Wide<S>) {
         let value = most(values);
@@ -75,7 +75,7 @@ impl Members {
         ManifoldPoint { position: at(&group.position, lane), separation, feature }
     }
 
-    /// The least separation [m].
+    /// Minimum separation [m].
     #[inline(always)]
     pub(super) fn deepest<S: Simd>(&self, simd: S) -> f32 {
         let mut low = f32::INFINITY;
@@ -85,8 +85,8 @@ impl Members {
         low
     }
 
-    /// At most four that carry the same: the deepest, which `deepest` is the separation of, and those that span the largest
-    /// area.
+    /// Selects at most four points that carry the same load: the deepest, whose separation is
+    /// `deepest`, and the ones that span the largest area.
     #[inline(always)]
     pub(super) fn select<S: Simd>(
         &self,
@@ -96,8 +96,9 @@ impl Members {
         limits: &Limits,
     ) -> Manifold {
         let mut manifold = Manifold { normal, ..Manifold::default() };
-        // Points of equal depth up to rounding: the outermost in a fixed direction, not the one that
-        // noise favors. The direction is along no axis, so that a square has one outermost corner.
+        // Among points with equal depth up to rounding this takes the outermost in a fixed
+        // direction, not the one that noise favors. The direction is along no axis, so that a
+        // square has one outermost corner.
         let across = normal.any_perpendicular();
         let tangent = Vec3w::splat(simd, across + normal.cross(across) * 0.37);
         let level = splat(simd, deepest + 0.1 * limits.bias);
@@ -137,7 +138,7 @@ impl Members {
         }
         let c = self.point(best.number);
         manifold.push(c);
-        // Counter-clockwise about the normal, so that what lies outside has a positive area.
+        // Counter-clockwise about the normal, so that points outside have a positive area.
         let corners = if normal.dot(span.cross(c.position - a.position)) > 0.0 {
             [a.position, b.position, c.position]
         } else {
@@ -172,7 +173,7 @@ mod tests {
     use crate::base::wide::SimdLevel;
     use crate::geometry::manifold::ManifoldPoint;
 
-    /// The first of the largest by `value`.
+    /// The first point with the largest `value`.
     fn largest(points: &[ManifoldPoint], value: impl Fn(&ManifoldPoint) -> f32) -> (Vec3, f32) {
         let mut best = (Vec3::ZERO, f32::NEG_INFINITY);
         for p in points {
@@ -184,7 +185,7 @@ mod tests {
         best
     }
 
-    /// What is said of [`Members::select`], point by point.
+    /// A scalar version of [`Members::select`].
     fn places(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Vec<Vec3> {
         let deepest = points.iter().map(|p| p.separation).fold(f32::INFINITY, lesser);
         let across = normal.any_perpendicular();
@@ -225,7 +226,7 @@ mod tests {
         let mut sizes = [0; 5];
         for round in 0..2000_u16 {
             let normal = vec3(any() - 0.5, 1.0, any() - 0.5).normalize_or(Vec3::Y);
-            // Some so near that they are one, some on a line, some of one depth.
+            // Some points are so near that they merge, some are on a line, some have equal depth.
             let size = [0.01, 0.2, 2.0][usize::from(round % 3)];
             let line = round % 5 == 0;
             let points: Vec<ManifoldPoint> = (0..=round % 37)

@@ -1,4 +1,4 @@
-//! One triangle of a mesh as a contact sees it: from one side, with edges that count or do not.
+//! One triangle of a mesh as a contact uses it: from one side, with active and inactive edges.
 
 use fearless_simd::Simd;
 
@@ -7,7 +7,7 @@ use crate::base::math::{Vec3, greater};
 use crate::base::wide::{Mask, Vec3w, above, splat};
 use crate::geometry::mesh::{Bend, Mesh};
 
-/// Sine of the angle up to which a direction counts as the triangle's normal, or as at right angles
+/// Sine of the angle up to which a direction counts as the triangle's normal, or as perpendicular
 /// to one of its edges.
 const ALIGNED: f32 = 1.0e-3;
 
@@ -20,7 +20,7 @@ pub(super) enum Part {
 }
 
 impl Part {
-    /// The edges that meet in this part.
+    /// Returns the edges that meet in this part.
     #[inline(always)]
     fn edges(self) -> ([usize; 2], usize) {
         match self {
@@ -31,16 +31,16 @@ impl Part {
     }
 }
 
-/// A triangle seen from the side where the other solid's center is.
+/// A triangle seen from the side of the other solid's center.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     pub(super) number: u32,
     pub(super) corners: [Vec3; 3],
     /// Vertex numbers of the corners.
     pub(super) vertices: [u32; 3],
-    /// Unit, towards the side it is seen from.
+    /// Unit normal, towards that side.
     pub(super) normal: Vec3,
-    /// Unit, in the plane, away from the triangle, one an edge.
+    /// Unit vectors in the plane, away from the triangle, one per edge.
     pub(super) outward: [Vec3; 3],
     bends: [Bend; 3],
 }
@@ -68,19 +68,19 @@ impl Triangle {
         [self.corners[k], self.corners[(k + 1) % 3]]
     }
 
-    /// True if contacts at edge `k` may have normals other than the face's.
+    /// Returns true if contacts at edge `k` may have normals other than the face's.
     #[inline(always)]
     pub(super) fn is_active(&self, k: usize) -> bool {
         self.bends[k].active()
     }
 
-    /// True if the surface turns towards the side it is seen from at edge `k`.
+    /// Returns true if the surface turns towards the visible side at edge `k`.
     #[inline(always)]
     pub(super) fn is_concave(&self, k: usize) -> bool {
         self.bends[k].concave()
     }
 
-    /// How the surface turns behind edge `k`.
+    /// Bend of the surface behind edge `k`.
     #[inline(always)]
     pub(super) fn bend(&self, k: usize) -> Bend {
         self.bends[k]
@@ -92,13 +92,13 @@ impl Triangle {
         self.normal.dot(p - self.corners[0])
     }
 
-    /// How far `p` lies outside the prism over the triangle [m]; negative inside.
+    /// Distance of `p` outside the prism over the triangle [m]; negative inside.
     #[inline]
     pub(super) fn outside(&self, p: Vec3) -> f32 {
         (0..3).map(|k| self.outward[k].dot(p - self.corners[k])).fold(f32::NEG_INFINITY, greater)
     }
 
-    /// The part that reaches farthest along the unit vector `axis`.
+    /// Returns the part that is farthest along the unit vector `axis`.
     #[inline(always)]
     pub(super) fn support(&self, axis: Vec3) -> Part {
         let reach = self.corners.map(|c| axis.dot(c));
@@ -121,16 +121,16 @@ impl Triangle {
         }
     }
 
-    /// True if the part that touches along the unit vector `axis` is one where the mesh ends. Of the face's own
-    /// normal it is not asked.
+    /// Returns true if the part that touches along the unit vector `axis` is one where the mesh
+    /// ends. `axis` is not the face's own normal.
     pub(super) fn is_border(&self, axis: Vec3) -> bool {
         let (edges, n) = self.support(axis).edges();
         edges[..n].iter().any(|k| self.bends[*k].is_border())
     }
 
-    /// True if the surface has the unit normal `axis` at `part`, an edge or a corner: at each edge
-    /// it leans to, it lies between the normals of the two faces. All other normals are ghosts of
-    /// the way the surface is cut into triangles.
+    /// Returns true if the surface has the unit normal `axis` at `part`, an edge or a corner. At
+    /// each edge that the axis leans to, it must lie between the normals of the two faces. All
+    /// other normals are artifacts of the triangulation.
     #[inline(always)]
     pub(super) fn allows(&self, part: Part, axis: Vec3) -> bool {
         let (edges, n) = part.edges();
@@ -141,7 +141,7 @@ impl Triangle {
                 continue;
             }
             let bend = self.bends[k];
-            // The sine of the angle that is left between the axis and the far face's normal.
+            // The sine of the remaining angle between the axis and the far face's normal.
             if !bend.active() || bend.sin * up - bend.cos * out < -ALIGNED {
                 return false;
             }
@@ -150,7 +150,7 @@ impl Triangle {
         leans
     }
 
-    /// [`Self::allows`] at edge `k`, which is active, for eight axes.
+    /// [`Self::allows`] for eight axes at edge `k`, which is active.
     #[inline(always)]
     pub(super) fn allows_at_edge<S: Simd>(&self, simd: S, k: usize, axis: Vec3w<S>) -> Mask<S> {
         let (zero, aligned) = (splat(simd, 0.0), splat(simd, ALIGNED));
@@ -161,9 +161,9 @@ impl Triangle {
         !((!above(out, aligned) & above(up, zero)) | above(-aligned, left))
     }
 
-    /// True if `axis` at `part` leans over a concave edge and `center` lies behind the face that
-    /// rises there: the other solid is on the far side of that face, which keeps it out; this
-    /// triangle, seen from within, would pull it in.
+    /// Returns true if `axis` at `part` leans over a concave edge and `center` is behind the face
+    /// that rises there. The other solid is then on the far side of that face, which keeps it out;
+    /// this triangle, seen from within, would pull it in.
     #[inline(always)]
     pub(super) fn is_behind_neighbor(&self, part: Part, axis: Vec3, center: Vec3) -> bool {
         let (edges, n) = part.edges();
@@ -176,7 +176,7 @@ impl Triangle {
         })
     }
 
-    /// The point of the triangle nearest to `p`, and where it lies.
+    /// Returns the point of the triangle nearest to `p`, and its part.
     pub(super) fn closest(&self, p: Vec3) -> (Vec3, Part) {
         let mut best = (p - self.normal * self.height(p), Part::Face);
         let mut distance = f32::INFINITY;
@@ -203,8 +203,7 @@ impl Triangle {
     }
 }
 
-/// The points of two segments nearest to each other, as parts of their lengths, 0 to 1
-/// (Ericson 2005, §5.1.9).
+/// Nearest points of two segments, as fractions of their lengths, 0 to 1 (Ericson 2005, §5.1.9).
 #[inline(always)]
 pub(super) fn closest_on_segments(p: [Vec3; 2], q: [Vec3; 2]) -> (f32, f32) {
     let (u, v, w) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
