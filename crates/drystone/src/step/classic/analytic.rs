@@ -16,6 +16,7 @@
 mod budget;
 mod implicit;
 mod mixing;
+mod rows;
 mod skyline;
 
 use self::budget::{Budget, POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
@@ -25,8 +26,9 @@ use self::skyline::{SIX, Skyline};
 use super::rows::{Mover, Pair};
 use super::turns::Turns;
 use crate::base::double::{DVec3, greater};
-use crate::base::math::Vec3;
-use crate::base::sym3::Sym3;
+use crate::step::classic::analytic::rows::{
+    Point, along, each, inner, lower_root, onto_cone, response, row_of,
+};
 
 /// Residual at which it ends: the greatest change of velocity that a point alone would still make, as a part
 /// of the greatest speed of a contact point before, or of what forces add in a substep.
@@ -65,36 +67,6 @@ pub(crate) struct Outcome {
     pub(crate) residual: f64,
     /// There were sweeps only: a direct solve would have been too much work.
     pub(crate) too_large: bool,
-}
-
-/// A direction of a point in whitened velocities, y with v = v₁ + W y and W Wᵀ = M⁻¹: its row is also its
-/// response. One part a body.
-#[derive(Clone, Copy, Debug, Default)]
-struct Row {
-    d: DVec3,
-    g: [[f64; SIX]; 2],
-    /// Velocity along it for y = 0.
-    u: f64,
-    impulse: f64,
-}
-
-/// A point: normal and two tangents.
-#[derive(Clone, Debug)]
-struct Point {
-    pair: u32,
-    index: usize,
-    /// Movers less the fixed one; what has no unknowns is out of range.
-    bodies: [u32; 2],
-    rows: [Row; 3],
-    /// K of the normal, and of the tangents.
-    normal: f64,
-    tangent: [f64; 2],
-    friction: [f64; 2],
-    /// Relative velocity along the normal that is asked for at least [m/s].
-    target: f64,
-    /// Coefficient of friction and s in this round.
-    mu: f64,
-    slip: f64,
 }
 
 /// Memory kept from step to step.
@@ -428,59 +400,6 @@ impl Analytic {
     }
 }
 
-/// A lower triangle L with L Lᵀ of this matrix, by columns; zero where that is.
-fn lower_root(m: &Sym3) -> [DVec3; 3] {
-    let [xx, yy, zz] = [m.xx, m.yy, m.zz].map(f64::from);
-    let [xy, xz, yz] = [m.xy, m.xz, m.yz].map(f64::from);
-    let pivot = |d: f64, of: f64| if d > 1.0e-9 * of { d.sqrt() } else { 0.0 };
-    let over = |x: f64, pivot: f64| if pivot > 0.0 { x / pivot } else { 0.0 };
-    let a = pivot(xx, xx);
-    let (b, c) = (over(xy, a), over(xz, a));
-    let d = pivot(yy - b * b, yy);
-    let e = over(yz - b * c, d);
-    let f = pivot(zz - c * c - e * e, zz);
-    [DVec3 { x: a, y: b, z: c }, DVec3 { x: 0.0, y: d, z: e }, DVec3 { x: 0.0, y: 0.0, z: f }]
-}
-
-fn row_of(d: Vec3, arms: [Vec3; 2], roots: [&(DVec3, [DVec3; 3]); 2]) -> Row {
-    let d = DVec3::from(d);
-    let g = [(0, -1.0), (1, 1.0)].map(|(side, sign)| {
-        let (linear, angular) = roots[side];
-        let arm = DVec3::from(arms[side]).cross(d);
-        let v = each(*linear, d);
-        let [a, b, c] = angular.map(|column| column.dot(arm));
-        [v.x, v.y, v.z, a, b, c].map(|x| x * sign)
-    });
-    Row { d, g, u: 0.0, impulse: 0.0 }
-}
-
-fn each(a: DVec3, b: DVec3) -> DVec3 {
-    DVec3 { x: a.x * b.x, y: a.y * b.y, z: a.z * b.z }
-}
-
-fn dot(a: &[f64; SIX], b: &[f64; SIX]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..SIX {
-        sum += a[i] * b[i];
-    }
-    sum
-}
-
-/// Change of velocity along one row by an impulse of 1 of another of the same point.
-fn response(of: &Row, by: &Row) -> f64 {
-    dot(&of.g[0], &by.g[0]) + dot(&of.g[1], &by.g[1])
-}
-
-/// What a change of whitened velocities is along a row.
-fn along(row: &Row, bodies: [u32; 2], y: &[[f64; SIX]]) -> f64 {
-    let part = |side: usize| y.get(bodies[side] as usize).map_or(0.0, |y| dot(&row.g[side], y));
-    part(0) + part(1)
-}
-
-fn inner(a: &[[f64; SIX]], b: &[[f64; SIX]]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
-}
-
 /// The convex function of a round.
 fn height(points: &[Point], y: &[[f64; SIX]], free: &[[f64; SIX]], stiffness: f64) -> f64 {
     let mut sum = 0.0;
@@ -495,112 +414,4 @@ fn height(points: &[Point], y: &[[f64; SIX]], free: &[[f64; SIX]], stiffness: f6
         sum += 0.5 * (n * n + x * x + z * z) / rho;
     }
     sum
-}
-
-/// The nearest of K.
-fn onto_cone(mu: f64, [n, x, z]: [f64; 3]) -> [f64; 3] {
-    let size = (x * x + z * z).sqrt();
-    if size <= mu * n {
-        return [n, x, z];
-    }
-    if mu * size <= -n {
-        return [0.0; 3];
-    }
-    let n = (n + mu * size) / (1.0 + mu * mu);
-    [n, mu * n * x / size, mu * n * z / size]
-}
-
-impl Point {
-    fn velocities(&self, y: &[[f64; SIX]]) -> [f64; 3] {
-        [0, 1, 2].map(|i| self.rows[i].u + along(&self.rows[i], self.bodies, y))
-    }
-
-    /// Speed of the point before, in the fastest direction.
-    fn speed(&self) -> f64 {
-        self.rows.iter().map(|r| r.u.abs()).fold(0.0, f64::max)
-    }
-
-    /// What is projected, and the stiffness.
-    fn reach(&self, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], f64) {
-        let rho = stiffness / greater(self.normal, greater(self.tangent[0], self.tangent[1]));
-        let [n, t1, t2] = self.velocities(y);
-        let i = self.rows.map(|r| r.impulse);
-        ([i[0] - rho * (n - self.target + self.slip), i[1] - rho * t1, i[2] - rho * t2], rho)
-    }
-
-    /// The impulses of the round for these velocities.
-    fn projected(&self, y: &[[f64; SIX]], stiffness: f64) -> [f64; 3] {
-        onto_cone(self.mu, self.reach(y, stiffness).0)
-    }
-
-    /// Adds what impulses do.
-    fn push(&self, impulses: [f64; 3], y: &mut [[f64; SIX]]) {
-        for side in 0..2 {
-            let Some(y) = y.get_mut(self.bodies[side] as usize) else { continue };
-            for (row, impulse) in self.rows.iter().zip(impulses) {
-                for (y, g) in y.iter_mut().zip(&row.g[side]) {
-                    *y += g * impulse;
-                }
-            }
-        }
-    }
-
-    /// Adds the second derivatives of its part of the convex function.
-    fn stiffen(&self, y: &[[f64; SIX]], stiffness: f64, matrix: &mut Skyline) {
-        let (mu, ([n, x, z], rho)) = (self.mu, self.reach(y, stiffness));
-        let size = (x * x + z * z).sqrt();
-        if mu * size <= -n {
-            return;
-        }
-        if size <= mu * n {
-            self.rows.iter().for_each(|row| matrix.add(rho, self.bodies, &row.g));
-            return;
-        }
-        // Along the edge of the cone that is near, and around the cone.
-        let (c, s) = (x / size, z / size);
-        matrix.add(rho / (1.0 + mu * mu), self.bodies, &self.combined([1.0, mu * c, mu * s]));
-        let around = mu * (n + mu * size) / ((1.0 + mu * mu) * size);
-        if around > 0.0 {
-            matrix.add(rho * around, self.bodies, &self.combined([0.0, -s, c]));
-        }
-    }
-
-    fn combined(&self, parts: [f64; 3]) -> [[f64; SIX]; 2] {
-        let mut g = [[0.0; SIX]; 2];
-        for (row, part) in self.rows.iter().zip(parts) {
-            for side in 0..2 {
-                for i in 0..SIX {
-                    g[side][i] += part * row.g[side][i];
-                }
-            }
-        }
-        g
-    }
-
-    /// The impulses it would have were all others as they are, by how much that changes its velocity, and the
-    /// coefficient of friction that limits it.
-    fn alone(&self, y: &[[f64; SIX]]) -> ([f64; 3], f64, f64) {
-        let now = self.rows.map(|r| r.impulse);
-        let (mut u, [a, d]) = (self.velocities(y), self.tangent);
-        let press = (now[0] - (u[0] - self.target) / self.normal).max(0.0);
-        let change = (press - now[0]).abs() * self.normal;
-        // One stiffness along the whole surface, at least the greatest: with the matrix of both directions
-        // friction would not be against the slide where they answer differently.
-        let k = a + d;
-        if !(k > 0.0) {
-            return ([press, now[1], now[2]], change, 0.0);
-        }
-        for i in 1..3 {
-            u[i] += (press - now[0]) * response(&self.rows[i], &self.rows[0]);
-        }
-        let (mut x, mut z) = (now[1] - u[1] / k, now[2] - u[2] / k);
-        let [hold, slide] = self.friction;
-        let size = (x * x + z * z).sqrt();
-        let slides = size > hold * press;
-        if slides {
-            (x, z) = (x * (slide * press / size), z * (slide * press / size));
-        }
-        let change = greater(change, k * greater((x - now[1]).abs(), (z - now[2]).abs()));
-        ([press, x, z], change, if slides { slide } else { hold })
-    }
 }

@@ -8,6 +8,7 @@
 mod accumulate;
 mod analytic;
 mod couplings;
+mod gather;
 mod joints;
 mod levels;
 mod rows;
@@ -18,20 +19,16 @@ pub(crate) mod turns;
 
 use self::accumulate::Law;
 use self::analytic::Analytic;
-use self::couplings::Coupled;
 use self::joints::Link;
 use self::levels::Graph;
-use self::rows::{Mover, Pair, PairPoint};
-use self::sixdof::Axes;
+use self::rows::{Mover, Pair};
 use self::springs::Springs;
 use self::turns::Turns;
 use super::context::StepContext;
-use super::softness::{Softness, decay, exact_decay};
-use super::solver::body::integrate;
+use super::softness::Softness;
 use super::solver::body::row::Aux;
 use super::solver::body::solved::Solved;
 use super::solver::body::squeeze::Squeeze;
-use super::solver::body::state::BodyState;
 use super::solver::contact::store::approach;
 use super::solver::input::Input;
 use super::solver::totals_rows::{Askers, Given, POINTS};
@@ -39,13 +36,11 @@ use super::solver_body::{Line, Whitening};
 use crate::base::double::greater;
 use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
 use crate::state::colors::Colors;
-use crate::state::contacts::{Contact, Contacts, Traits};
+use crate::state::contacts::Contacts;
 use crate::state::joints::{Joints, Link as JointLink};
 use crate::state::method::{Method, Pass, Settings};
-use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
-use crate::state::shapes::Shapes;
+use crate::state::options::{Integration, Order, Overlap, Shock};
 
 /// Rounds of joints and contacts of the analytic method.
 const JOINT_ROUNDS: u32 = 20;
@@ -271,86 +266,6 @@ impl Scratch {
         }
     }
 
-    /// Movers of awake bodies; `row_of` gets their rows.
-    fn gather_bodies(
-        &mut self,
-        ctx: &StepContext,
-        settings: &Settings,
-        input: Input<'_>,
-        row_of: &mut [u32],
-    ) {
-        self.movers.clear();
-        self.bodies.clear();
-        self.movers.push(Mover { decay_v: 1.0, decay_w: 1.0, ..Mover::default() });
-        self.bodies.push(u32::MAX);
-        for row in &input.bodies.awake {
-            row_of[*row as usize] =
-                u32::try_from(self.movers.len()).expect("fewer than 2^32 bodies");
-            self.movers.push(mover_of(ctx, settings, input.bodies.at(*row)));
-            self.bodies.push(*row);
-        }
-    }
-
-    /// Pairs of all colors, and the order in which they are swept.
-    fn gather_pairs(
-        &mut self,
-        ctx: &StepContext,
-        input: Input<'_>,
-        contacts: &Contacts,
-        colors: &Colors,
-        row_of: &[u32],
-    ) {
-        self.pairs.clear();
-        self.turns.pairs.clear();
-        for coloring in [&colors.contacts, &colors.contacts_fixed] {
-            for color in &coloring.colors {
-                for row in &color.members {
-                    let number = u32::try_from(self.pairs.len()).expect("fewer than 2^32 contacts");
-                    let contact = contacts.at(*row);
-                    self.pairs.push(pair_of(ctx, input, *row, contact, row_of));
-                    self.turns.pairs.push(number);
-                }
-            }
-        }
-        let all = self.turns.pairs.len();
-        self.turns.ends.clear();
-        self.turns.ends.push(all);
-    }
-
-    fn gather_links(
-        &mut self,
-        ctx: &StepContext,
-        input: Input<'_>,
-        joints: &Joints,
-        colors: &Colors,
-        row_of: &[u32],
-    ) {
-        self.links.clear();
-        for coloring in [&colors.joints, &colors.joints_fixed] {
-            for row in coloring.colors.iter().flat_map(|color| &color.members) {
-                let joint = joints.at(*row);
-                let (a, b) = (input.bodies.at(joint.body_a), input.bodies.at(joint.body_b));
-                let (r_a, r_b) =
-                    (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
-                self.links.push(Link {
-                    row: *row,
-                    a: row_of[joint.body_a as usize],
-                    b: row_of[joint.body_b as usize],
-                    r_a,
-                    r_b,
-                    gap: (b.center - a.center) + (r_b - r_a),
-                    kind: joint.link.kind(),
-                    axes: match &joint.link {
-                        JointLink::Six(six) => Some(Axes::new(six, a, b)),
-                        _ => None,
-                    },
-                    coupled: Coupled::new(joint, joints, input.bodies, row_of),
-                    impulse: joint.impulse * ctx.impulse_scale,
-                });
-            }
-        }
-    }
-
     /// Levels of the contact graph and the order they give, where the method asks for it.
     fn rate_levels(&mut self, settings: &Settings) {
         let by_level = matches!(settings.order, Order::Levels | Order::TopDown);
@@ -457,86 +372,4 @@ impl Scratch {
             s.free.push(Some(i > 0 && settings.integration == Integration::Exact && !m.pushed));
         }
     }
-}
-
-fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
-    let still = Mover { v: body.v, w: body.w, decay_v: 1.0, decay_w: 1.0, ..Mover::default() };
-    if !body.is_dynamic() {
-        return still;
-    }
-    let (root, _) = integrate::roots_of_inertia(body, body.rotation);
-    // The root of the inverse inertia times itself.
-    let column = |axis: Vec3| root.mul(root.mul(axis));
-    let (x, y, z) = (column(Vec3::X), column(Vec3::Y), column(Vec3::Z));
-    let inv_inertia = Sym3 { xx: x.x, yy: y.y, zz: z.z, xy: y.x, xz: z.x, yz: z.y };
-    let mut inv_mass = Vec3::splat(1.0 / body.mass);
-    let mut add_v = integrate::acceleration(ctx, body) * ctx.h;
-    for i in 0..3 {
-        if body.locks.linear[i] {
-            (inv_mass[i], add_v[i]) = (0.0, 0.0);
-        }
-    }
-    let left = |rate: f32| match settings.damping {
-        Damping::Exponential => exact_decay(rate, ctx.h),
-        Damping::Nothing => 1.0,
-        Damping::Own | Damping::Pade => decay(rate, ctx.h),
-    };
-    #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
-    let spin = integrate::gyration(ctx, body, &BodyState::of(body)) * (1.0 / ctx.substeps as f32);
-    Mover {
-        inv_mass,
-        inv_inertia,
-        add_v,
-        add_w: inv_inertia.mul(body.torque + body.step_torque) * ctx.h + spin,
-        decay_v: left(body.linear_damping),
-        decay_w: left(body.angular_damping),
-        ..still
-    }
-}
-
-fn pair_of(ctx: &StepContext, input: Input<'_>, row: u32, c: &Contact, row_of: &[u32]) -> Pair {
-    let mut pair = Pair {
-        contact: row,
-        a: row_of[c.body_a as usize],
-        b: row_of[c.body_b as usize],
-        normal: c.normal,
-        friction: [c.friction, c.friction * c.kinetic],
-        restitution: c.restitution,
-        rolling: c.rolling,
-        spinning: c.spinning,
-        count: c.count,
-        ..Pair::default()
-    };
-    let total: f32 = c.points().iter().map(|p| p.impulse).sum();
-    let scale = ctx.impulse_scale;
-    for (to, p) in pair.points.iter_mut().zip(c.points()) {
-        // Friction is kept as one impulse of the pair: each point has as much of it as of the load.
-        let share = if total > 0.0 { p.impulse / total } else { 0.0 };
-        let rub = c.tangent_impulse - c.normal * c.normal.dot(c.tangent_impulse);
-        *to = PairPoint {
-            r_a: p.r_a,
-            r_b: c.r_b(p),
-            s0: p.separation,
-            press: p.impulse * scale,
-            rub: rub * (share * scale),
-            arrival: 0.0,
-        };
-    }
-    if c.traits.any(Traits::BELT) {
-        let (a, b) = (input.bodies.at(c.body_a), input.bodies.at(c.body_b));
-        let middle = c.points().iter().fold(Vec3::ZERO, |sum, p| sum + p.r_a)
-            * (1.0 / f32::from(c.count.max(1)));
-        let belt = |body: &Body, shape: u32, r: Vec3, shapes: &Shapes| {
-            let shape = shapes.at(shape);
-            let pose = shape.placed(body);
-            let arm = r - (pose.position - body.center);
-            let v = pose.direction(shape.surface_velocity)
-                + pose.direction(shape.surface_spin).cross(arm);
-            v - c.normal * c.normal.dot(v)
-        };
-        let shapes = input.shapes;
-        pair.belt =
-            belt(b, c.shape_b, middle - c.offset, shapes) - belt(a, c.shape_a, middle, shapes);
-    }
-    pair
 }

@@ -14,21 +14,18 @@
 //! other do not grow in secret. See docs/decisions/031-work-of-joints.md.
 
 mod contacts;
+mod joints;
 
-use super::joint::six_dof::block::SixBlock;
-use super::joint::six_dof::drive::Push;
 use super::joint::sweep::JointSweep;
 use super::lent::Solver;
 use super::plan::forest::Tree;
 use super::plan::group::{Group, number};
-use super::plan::joint_class::DISTANCE;
 use super::plan::layout::Layout;
-use super::vec6::shift;
 use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Lanes, at};
-use crate::state::bodies::{Fineness, NONE};
+use crate::state::bodies::Fineness;
 use crate::state::method::Pass;
 use crate::step::caps::Caps;
 use crate::step::solver_body::three;
@@ -43,7 +40,7 @@ const QUIET: f32 = 0.02;
 
 /// A body of a constraint.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+pub(crate) struct Side {
     /// Mass [kg] and greatest moment of inertia [kg m²].
     mass: f64,
     moment: f64,
@@ -73,23 +70,18 @@ impl Side {
 }
 
 /// Size of a quantity before, and its mean size before and after.
-fn speeds(of: impl Fn(usize) -> f64) -> [f64; 2] {
+pub(crate) fn speeds(of: impl Fn(usize) -> f64) -> [f64; 2] {
     let [before, after] = [of(0).abs(), of(1).abs()];
     [before, 0.5 * (before + after)]
 }
 
-fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
+pub(crate) fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     DVec3::from(at(lanes, lane))
 }
 
 /// How fast a gap closes, on an axis on which any may close at `any`.
-fn speed_of(gap: f64, rate: f32, (caps, any, axis): (&Caps, f32, usize)) -> f64 {
+pub(crate) fn speed_of(gap: f64, rate: f32, (caps, any, axis): (&Caps, f32, usize)) -> f64 {
     lesser(f64::from(rate) * gap, f64::from(any) + caps.beyond(gap, axis))
-}
-
-/// The same of an axis of joints.
-fn closing_speed(gap: f64, rate: f32, caps: &Caps, axis: usize) -> f64 {
-    speed_of(gap, rate, (caps, caps.push(axis), axis))
 }
 
 impl Solver<'_> {
@@ -286,94 +278,6 @@ impl Solver<'_> {
         }
     }
 
-    fn ask_joints(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
-        let inv_h = f64::from(sweep.inv_h);
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            for i in batch.blocks.clone() {
-                let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
-                for lane in 0..LANES {
-                    let ends = [block.row_a[lane], block.row_b[lane]];
-                    let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                    let [a, b] = ends.map(|line| self.side(line));
-                    let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
-                    let drift = if batch.fixed { vector(&rest.drift, lane) } else { DVec3::ZERO };
-                    let gap = vector(&block.gap, lane)
-                        + (b.moved - a.moved)
-                        + (shift(b.turn, rb) - shift(a.turn, ra))
-                        + drift * f64::from(sweep.elapsed);
-                    let impulse = at(&block.impulse, lane);
-                    let length = gap.length();
-                    if batch.class != DISTANCE {
-                        let speed = closing_speed(length, sweep.softness.rate, &sweep.caps, 0);
-                        bound.close(f64::from(impulse.length()), speed, 0);
-                        bound.drive(impulse.length(), drift.length());
-                        continue;
-                    }
-                    let slip = speeds(|k| {
-                        (b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra)).length()
-                    });
-                    let limits = at(&rest.limits, lane);
-                    for (p, error) in [
-                        (impulse.x, f64::from(limits.x) - length),
-                        (impulse.y, length - f64::from(limits.y)),
-                    ] {
-                        let speed = closing_speed(error.abs(), sweep.softness.rate, &sweep.caps, 0);
-                        bound.close(f64::from(p), speed, 0);
-                        bound.drive(p, drift.length());
-                    }
-                    let spring = at(&rest.spring, lane);
-                    let square = f64::from(spring.x) * inv_h / f64::from(spring.z);
-                    let off = length - f64::from(limits.z);
-                    let most = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
-                    bound.release(f64::from(impulse.z), slip, (0.0, square, most), (off, inv_h));
-                }
-            }
-        }
-    }
-
-    fn ask_sixdofs(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
-        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            let block = self.sixdofs.read(i);
-            if block.is_direct {
-                continue;
-            }
-            for lane in 0..LANES {
-                let ends = [block.row_a[lane], block.row_b[lane]];
-                let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                let ends = ends.map(|line| self.side(line));
-                let acting = core::array::from_fn(|axis| {
-                    [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane])
-                });
-                ask_six((block, lane), ends, &acting, true, sweep, bound);
-            }
-        }
-    }
-
-    fn ask_trees(&self, group: &Group, bounds: &mut [Bound]) {
-        for tree in self.trees(group) {
-            let line = self.tree_line(tree);
-            let Some(bound) = self.over(line, group, bounds) else { continue };
-            for (i, joint) in self.tree_joints(tree) {
-                let row = self.tree_rows.read(i);
-                for (k, p) in row.lambda[..row.count].iter().enumerate() {
-                    let kind = if joint.six == NONE { 0 } else { row.six.axis(k) / 3 };
-                    bound.close(*p, row.closing[kind], kind);
-                }
-                let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
-                bound.drive(held, row.drift().length());
-                if joint.six != NONE {
-                    let (block, lane) =
-                        (self.sixdofs.read(joint.six as usize / LANES), joint.six as usize % LANES);
-                    let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
-                    let (drift, spin) = drifts(block, lane);
-                    bound.drive(held, greater(drift, spin));
-                    let sweep = JointSweep::solving(self.ctx, 0.0);
-                    ask_six((block, lane), ends, row.six.acting(), false, &sweep, bound);
-                }
-            }
-        }
-    }
-
     fn tree_line(&self, tree: &Tree) -> usize {
         self.tree_bodies.read(tree.bodies.start).line as usize
     }
@@ -475,85 +379,4 @@ impl Solver<'_> {
 fn take(lanes: &mut Lanes, lane: usize, part: f32) {
     let new = lanes[lane] * part;
     lanes[lane] = if new.is_finite() { new } else { 0.0 };
-}
-
-/// Speeds by kinematic bodies, of motions and turns.
-fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
-    let [spin_a, spin_b] = [&block.spin_a, &block.spin_b].map(|spin| vector(spin, lane));
-    let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
-    let own = vector(&block.drift, lane) + spin_b.cross(rb) - spin_a.cross(ra);
-    (own.length(), (spin_b - spin_a).length())
-}
-
-/// What drives, springs and locks of a joint of six axes can do. `locks`: and those of its locked axes.
-fn ask_six(
-    (block, lane): (&SixBlock, usize),
-    [a, b]: [Side; 2],
-    acting: &[[f32; 3]; 6],
-    locks: bool,
-    sweep: &JointSweep,
-    bound: &mut Bound,
-) {
-    let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
-    let elapsed = f64::from(sweep.elapsed);
-    let gap = vector(&block.gap, lane)
-        + (b.moved - a.moved)
-        + (shift(b.turn, rb) - shift(a.turn, ra))
-        + vector(&block.drift, lane) * elapsed;
-    let turn =
-        b.turn - a.turn + (vector(&block.spin_b, lane) - vector(&block.spin_a, lane)) * elapsed;
-    let (drift, spin) = drifts(block, lane);
-    let rate = sweep.softness.rate;
-    for axis in 0..6 {
-        let (i, kind) = (axis % 3, axis / 3);
-        let n = vector(if kind == 0 { &block.u[i] } else { &block.n[i] }, lane);
-        let x = if kind == 0 { n.dot(gap) } else { f64::from(block.angles[i][lane]) + n.dot(turn) };
-        let [held, friction, limit] = acting[axis];
-        let moves = if kind == 0 { drift } else { spin };
-        bound.drive(held.abs() + friction.abs() + limit.abs(), moves);
-        if block.locked[axis][lane] > 0.0 {
-            if locks && !(block.is_pinned && kind == 0) {
-                let off = (x - f64::from(block.place[axis][lane])).abs();
-                bound.close(f64::from(held), closing_speed(off, rate, &sweep.caps, axis), kind);
-            }
-            continue;
-        }
-        let speeds = speeds(|k| {
-            if kind == 0 {
-                n.dot(b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra + gap))
-            } else {
-                n.dot(b.w[k] - a.w[k])
-            }
-        });
-        let laws = &block.axes[axis];
-        // A motor or damper brings an axis to its speed and no farther.
-        bound.drive(held, lesser(speeds[1], f64::from(laws.drive.speed[lane].abs())));
-        let inv_h = f64::from(sweep.inv_h);
-        // The locked axes of a joint make one of what its bodies have on their arms, those of a tree all of it.
-        let most = match (locks, kind) {
-            (true, 0) => 1.0 / (1.0 / a.mass + 1.0 / b.mass),
-            (true, _) => lesser(a.inertia_at(ra + gap), b.inertia_at(rb)),
-            (false, 0) => bound.mass,
-            (false, _) => bound.whole_inertia(),
-        };
-        let mut release = |push: &Push, impulse: f32, off: f64| {
-            let stiffness = f64::from(push.stiffness[lane]);
-            let is_per_mass = push.per_mass[lane] > 0.0;
-            let [own, square] = if is_per_mass { [0.0, stiffness] } else { [stiffness, 0.0] };
-            bound.release(f64::from(impulse), speeds, (own, square, most), (off, inv_h));
-        };
-        let (low, high) = (f64::from(laws.low[lane]), f64::from(laws.high[lane]));
-        let error = greater(greater(low - x, x - high), 0.0);
-        release(&laws.drive, held, x - f64::from(laws.drive.place[lane]));
-        if laws.yields && laws.hard[lane] <= 0.0 {
-            release(&laws.limit, limit, error);
-        } else {
-            bound.close(f64::from(limit), closing_speed(error, rate, &sweep.caps, axis), kind);
-        }
-    }
-    if locks && block.is_pinned {
-        let force = f64::from(at(&block.carried, lane).length());
-        bound.close(force, closing_speed(gap.length(), rate, &sweep.caps, 0), 0);
-        bound.drive(force, drift);
-    }
 }

@@ -4,6 +4,7 @@ pub(crate) mod arena;
 pub(crate) mod block;
 pub(crate) mod drive;
 pub(crate) mod kernel;
+mod pair;
 pub(crate) mod part;
 pub(crate) mod parting;
 pub(crate) mod prepare;

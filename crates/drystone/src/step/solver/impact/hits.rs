@@ -1,0 +1,134 @@
+//! Hits of an island: found among its candidates, and put together into sets that bodies link.
+
+use crate::base::jobs::{Jobs, for_items, grain};
+use crate::state::bodies::NONE;
+use crate::step::solver::impact::candidate::{Hit, Moment, Source};
+use crate::step::solver::impact::response::Response;
+use crate::step::solver::impact::{Impacts, ends_of, index};
+
+/// Number of a lane.
+#[expect(clippy::cast_possible_truncation, reason = "below 8")]
+pub(super) const fn small(i: usize) -> u8 {
+    i as u8
+}
+
+/// The first hit of the set that a hit is in.
+pub(super) fn root(hits: &[Hit], of: u32) -> u32 {
+    let mut at = of;
+    while hits[at as usize].part != at {
+        at = hits[at as usize].part;
+    }
+    at
+}
+
+impl Impacts {
+    /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
+    /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
+    pub(crate) fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
+        let Self {
+            ends,
+            touches,
+            lines_of,
+            responses,
+            answered,
+            hits,
+            looks,
+            met_points,
+            looked,
+            round,
+            ..
+        } = self;
+        hits.clear();
+        for (touch, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
+            let points = (0..4).filter(|point| met >> point & 1 == 1);
+            hits.extend(points.map(|point| Hit { touch, point, ..Hit::default() }));
+        }
+        let piece = grain(jobs, hits.len(), 32);
+        for_items(jobs, hits, piece, |_, hits| {
+            for hit in hits {
+                touches[hit.touch as usize].tell(source, moment, hit);
+            }
+        });
+        if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
+            for hit in hits.iter() {
+                ends_of(source, hit.lines)
+                    .for_each(|end| ends[end].most = ends[end].most.max(hit.e));
+            }
+            hits.retain(|hit| {
+                let first = ends_of(source, hit.lines).all(|end| ends[end].most <= hit.e);
+                let round = *round + 1;
+                if !first && core::mem::replace(&mut looked[hit.touch as usize], round) < round {
+                    looks.push(hit.touch);
+                }
+                first
+            });
+            let left = looks.iter().map(|touch| lines_of[*touch as usize]);
+            for lines in hits.iter().map(|hit| hit.lines).chain(left) {
+                ends_of(source, lines).for_each(|end| ends[end].most = 0.0);
+            }
+        }
+        for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {
+            let touch = &mut touches[hit.touch as usize];
+            if touch.response == NONE {
+                touch.response = *answered;
+                *answered += 1;
+                hit.fresh = true;
+                source.blocks.row(touch.block as usize).hit |= 1 << touch.lane;
+            }
+            hit.response = touch.response;
+        }
+        if responses.len() < *answered as usize {
+            responses.resize(*answered as usize, Response::default());
+        }
+    }
+
+    /// Puts hits that bodies link in one set, one set after the other.
+    pub(crate) fn link_hits(&mut self, source: &Source<'_>) {
+        let Self { ends, hits, parts, spare, places, .. } = self;
+        // A set is a tree of hits, each above one of a lower number.
+        for i in 0..hits.len() {
+            let number = index(i);
+            hits[i].part = number;
+            for end in ends_of(source, hits[i].lines) {
+                let last = core::mem::replace(&mut ends[end].hit, number);
+                if last != NONE {
+                    let (one, other) = (root(hits, last), root(hits, number));
+                    hits[one.max(other) as usize].part = one.min(other);
+                }
+            }
+        }
+        places.clear();
+        places.resize(hits.len(), 0);
+        for i in 0..hits.len() {
+            let part = hits[hits[i].part as usize].part;
+            hits[i].part = part;
+            places[part as usize] += 1;
+            for end in ends_of(source, hits[i].lines) {
+                ends[end].hit = NONE;
+            }
+        }
+        parts.clear();
+        let mut first = 0;
+        for place in places.iter_mut().filter(|size| **size > 0) {
+            parts.push(first as usize);
+            first += core::mem::replace(place, first);
+        }
+        spare.clone_from(hits);
+        for hit in spare.iter() {
+            let place = &mut places[hit.part as usize];
+            hits[*place as usize] = *hit;
+            *place += 1;
+        }
+    }
+
+    /// Looks at the contacts around what is hit for the first time: how fast they approach before that.
+    pub(crate) fn wake_around(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
+        let known = self.looked.len();
+        for i in 0..self.hits.len() {
+            self.wake(source, self.hits[i].lines, run);
+        }
+        for touch in &mut self.touches[known..self.looked.len()] {
+            touch.look(source, moment, self.pass);
+        }
+    }
+}
