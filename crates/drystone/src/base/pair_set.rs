@@ -11,7 +11,7 @@ use super::jobs::{Jobs, for_ranges, grain};
 use super::wide::prefetch;
 
 /// Prefetch distance, in keys.
-const AHEAD: usize = 8;
+const PREFETCH: usize = 8;
 
 /// Open addressing with linear probing; key 0 is reserved.
 #[derive(Debug, Default)]
@@ -128,7 +128,7 @@ impl PairSet {
         let set = &*self;
         for_ranges(jobs, keys.len(), grain(jobs, keys.len(), 64), |range| {
             for k in range {
-                if let Some(soon) = keys.get(k + AHEAD) {
+                if let Some(soon) = keys.get(k + PREFETCH) {
                     set.prefetch(key(soon));
                 }
                 match key(&keys[k]) {

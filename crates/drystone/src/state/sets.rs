@@ -1,9 +1,9 @@
 //! The sets of bodies (awake, not awake) and of constraints (colored, not): the only place where rows
 //! move between them.
 
-pub(crate) mod turns;
+pub(crate) mod changes;
 
-use self::turns::Move;
+use self::changes::Move;
 use super::bodies::{Bodies, Fineness, NONE};
 use super::colors::{Coloring, Colors, Place};
 use super::contacts::Contacts;

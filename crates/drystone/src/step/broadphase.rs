@@ -102,7 +102,7 @@ pub(crate) fn find_pairs(
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
         let mut queue = Queue::default();
         for i in share(&range, n, asking) {
-            if let Some(soon) = moved.get(i + AHEAD) {
+            if let Some(soon) = moved.get(i + PREFETCH) {
                 shapes.rows.prefetch(*soon, 1);
             }
             if let Some(row) = moved.get(i) {
@@ -285,7 +285,7 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
 }
 
 /// So many shapes ahead the one that looks is asked for.
-const AHEAD: usize = 8;
+const PREFETCH: usize = 8;
 
 /// Makes the contacts of some pairs.
 fn create_all(

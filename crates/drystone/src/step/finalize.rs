@@ -91,7 +91,7 @@ pub(crate) fn advance_poses(
         for flock in awake[range].chunks(FLOCK) {
             let before = advance(ctx, flock, &bodies, lines);
             for (k, (row, (center, rotation))) in flock.iter().zip(before).enumerate() {
-                if let Some(soon) = flock.get(k + AHEAD) {
+                if let Some(soon) = flock.get(k + PREFETCH) {
                     ask_for_shapes(ctx, *soon, &bodies, &table);
                 }
                 let Some(body) = bodies.row(*row as usize) else { continue };
@@ -201,7 +201,7 @@ fn fit_all<S: Simd>(
 const FLOCK: usize = 64;
 
 /// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if they will be.
-const AHEAD: usize = 4;
+const PREFETCH: usize = 4;
 
 /// Asks for the first two shapes of a body that flies or may have used up its room, which may all get other boxes: what of them is
 /// read for that.

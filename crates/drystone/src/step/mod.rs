@@ -122,7 +122,7 @@ impl Scratch {
     }
 
     /// What the contacts gave in the last step that landed or are asked for.
-    pub(crate) fn given(&self) -> impl Iterator<Item = solver::totals_rows::Given> {
+    pub(crate) fn given(&self) -> impl Iterator<Item = solver::totals_rows::ContactTotals> {
         self.solver.given()
     }
 

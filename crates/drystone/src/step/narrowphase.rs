@@ -75,7 +75,7 @@ pub(crate) fn update_manifolds(
     let pairs = Pairs { ctx, bodies: known, shapes, slots, watches, probes, asked, landing };
     let margin = Track::at_least(ctx.margin * ctx.per_track);
     collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
-        let mut line = Line::default();
+        let mut line = Pipeline::default();
         for k in range {
             let watch = watches.read(k);
             if watch.waits(margin, &known.tracks) {
@@ -89,7 +89,7 @@ pub(crate) fn update_manifolds(
                 pairs.move_on(&mut line, out, worker);
             }
         }
-        for _ in 0..Line::STATIONS {
+        for _ in 0..Pipeline::STATIONS {
             pairs.move_on(&mut line, out, worker);
         }
     });
@@ -148,7 +148,7 @@ impl<T> Group<T> {
 
 /// Groups on their way, one at each station: what a group needs at the next one is on its way from memory while others are seen to.
 #[derive(Clone, Copy, Default)]
-struct Line {
+struct Pipeline {
     /// Its bodies are asked for.
     coming: Near,
     ready: Near,
@@ -158,13 +158,13 @@ struct Line {
     at_hand: Due,
 }
 
-impl Line {
+impl Pipeline {
     const STATIONS: usize = 4;
 }
 
 impl Pairs<'_> {
     /// Moves each group on to the next station; the last are tested.
-    fn move_on(&self, line: &mut Line, out: &mut Vec<Change>, worker: &mut Worker) {
+    fn move_on(&self, line: &mut Pipeline, out: &mut Vec<Change>, worker: &mut Worker) {
         self.test(&line.at_hand, out, worker);
         for &(k, _) in line.due.pairs() {
             if let Some(contact) = self.slots.read(self.watches.read(k).row() as usize) {
@@ -173,7 +173,7 @@ impl Pairs<'_> {
             }
         }
         let due = self.look_at(&line.ready);
-        *line = Line { coming: Near::default(), ready: line.coming, due, at_hand: line.due };
+        *line = Pipeline { coming: Near::default(), ready: line.coming, due, at_hand: line.due };
     }
 
     /// Looks closely at the pairs of a group, but for those of meshes, of which the shape's motion tells more than that of

@@ -21,11 +21,11 @@ use crate::state::contacts::{Contact, Slots};
 use crate::state::events::SensorEvent;
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
-use crate::state::sets::turns::{Move, Turns};
+use crate::state::sets::changes::{Move, SetChanges};
 use crate::state::shapes::Shapes;
 
 /// So many changes ahead the contact is asked for.
-const AHEAD: usize = 6;
+const PREFETCH: usize = 6;
 
 /// Fewer changes are not shared out.
 const LEAST: usize = 128;
@@ -36,7 +36,7 @@ pub(crate) struct Scratch {
     /// The levels to be.
     levels: Sparse,
     /// Effects of each list of changes, then of each list of ghosts of seams.
-    told: [Vec<Told>; 2],
+    effects: [Vec<Effects>; 2],
     gone: Vec<Leaver>,
     slack: Slack,
 }
@@ -65,20 +65,20 @@ fn change_sets(
     let [changes, ghosts] = found.changes();
     wake_the_met(changes, sets);
     sets.contacts.end_asking(sets.bodies);
-    let Scratch { told, gone, slack, .. } = scratch;
+    let Scratch { effects, gone, slack, .. } = scratch;
     let mut most = 0;
-    for (lists, told) in [changes, ghosts].into_iter().zip(&mut *told) {
-        told.iter_mut().for_each(Told::clear);
+    for (lists, effects) in [changes, ghosts].into_iter().zip(&mut *effects) {
+        effects.iter_mut().for_each(Effects::clear);
         let n: usize = lists.iter().map(Vec::len).sum();
         if n > 0 {
             let jobs = if n < LEAST { &Jobs::Inline } else { jobs };
-            most = most.max(apply(lists, shapes, sets, told, gone, jobs));
+            most = most.max(apply(lists, shapes, sets, effects, gone, jobs));
         }
     }
     if let Some(enough) = slack.look(most) {
-        for told in told {
-            let each = enough / told.len().max(1);
-            told.iter_mut().for_each(|told| told.shrink_to(each));
+        for effects in effects {
+            let each = enough / effects.len().max(1);
+            effects.iter_mut().for_each(|effects| effects.shrink_to(each));
         }
         gone.shrink_to(enough);
     }
@@ -87,7 +87,7 @@ fn change_sets(
 impl Scratch {
     /// Touches that the last step ended, in the order of changes.
     pub(crate) fn touches(&self) -> impl Iterator<Item = &Touches> {
-        self.told.iter().flatten().map(|told| &told.touches)
+        self.effects.iter().flatten().map(|effects| &effects.touches)
     }
 }
 
@@ -129,64 +129,64 @@ fn apply(
     lists: &[Vec<Change>],
     shapes: &Shapes,
     sets: &mut Sets<'_>,
-    told: &mut Vec<Told>,
+    effects: &mut Vec<Effects>,
     gone: &mut Vec<Leaver>,
     jobs: &Jobs<'_>,
 ) -> usize {
-    told.resize_with(told.len().max(lists.len()), Told::default);
+    effects.resize_with(effects.len().max(lists.len()), Effects::default);
     // SAFETY: a contact changes at most once in a step, and is in one list.
     let slots = sets.contacts.slots_mut(unsafe { Apart::promise() });
-    let teller = Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots };
-    let told = &mut told[..lists.len()];
-    for_runs(jobs, told, 1, |list, told| {
-        teller.look_at(&lists[list], &mut told[0]);
+    let reader = ChangeReader { shapes, bodies: sets.bodies, islands: sets.islands, slots };
+    let effects = &mut effects[..lists.len()];
+    for_runs(jobs, effects, 1, |list, effects| {
+        reader.look_at(&lists[list], &mut effects[0]);
     });
-    let told = &*told;
-    sets.carry_out(told.iter().map(|told| &told.turns), gone, jobs);
-    gone.len().max(told.iter().map(|told| told.turns.len()).sum())
+    let effects = &*effects;
+    sets.carry_out(effects.iter().map(|effects| &effects.changes), gone, jobs);
+    gone.len().max(effects.iter().map(|effects| effects.changes.len()).sum())
 }
 
 /// Effects of a list of changes.
 #[derive(Clone, Debug, Default)]
-struct Told {
-    turns: Turns,
+struct Effects {
+    changes: SetChanges,
     touches: Touches,
 }
 
-impl Told {
+impl Effects {
     fn clear(&mut self) {
-        self.turns.clear();
+        self.changes.clear();
         self.touches.clear();
     }
 
     fn shrink_to(&mut self, enough: usize) {
-        self.turns.shrink_to(enough);
+        self.changes.shrink_to(enough);
         self.touches.shrink_to(enough);
     }
 }
 
 /// Looks what changes come to. Of the contacts it writes only whether they touch: those of a pair are in one list.
-struct Teller<'a> {
+struct ChangeReader<'a> {
     shapes: &'a Shapes,
     bodies: &'a Bodies,
     islands: &'a Islands,
     slots: Slots<'a>,
 }
 
-impl Teller<'_> {
-    fn look_at(&self, changes: &[Change], told: &mut Told) {
+impl ChangeReader<'_> {
+    fn look_at(&self, changes: &[Change], effects: &mut Effects) {
         for (i, change) in changes.iter().enumerate() {
-            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + 2 * AHEAD) {
+            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + 2 * PREFETCH) {
                 self.slots.prefetch_line(*row as usize, Contact::LISTS_LINE);
             }
-            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + AHEAD) {
+            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + PREFETCH) {
                 let c = self.at(*row);
                 self.bodies.rows.prefetch(c.body_a, 1);
                 self.bodies.rows.prefetch(c.body_b, 1);
             }
             match *change {
-                Change::Apart(row) => self.end(row, told),
-                Change::Count(row) => self.recount(row, told),
+                Change::Apart(row) => self.end(row, effects),
+                Change::Count(row) => self.recount(row, effects),
                 Change::Meets(_)
                 | Change::Made(_)
                 | Change::Carries(_)
@@ -211,23 +211,23 @@ impl Teller<'_> {
     }
 
     /// Ends a contact with all its parts.
-    fn end(&self, first: u32, told: &mut Told) {
-        self.report_end(first, told);
+    fn end(&self, first: u32, effects: &mut Effects) {
+        self.report_end(first, effects);
         for row in self.parts(first) {
-            told.turns.remove(row, self.at(row), self.bodies);
+            effects.changes.remove(row, self.at(row), self.bodies);
         }
     }
 
     /// Reports the end of a pair's touch, if it touched.
-    fn report_end(&self, first: u32, told: &mut Told) {
+    fn report_end(&self, first: u32, effects: &mut Effects) {
         let c = self.at(first);
         if !c.touching {
             return;
         }
         if c.sensor {
-            told.touches.sensed.extend(self.sensor_events(c).map(|e| (e, false)));
+            effects.touches.sensed.extend(self.sensor_events(c).map(|e| (e, false)));
         } else if reports_touch(c, self.shapes) {
-            told.touches.ends.push(contact_event(c, self.shapes, self.bodies));
+            effects.touches.ends.push(contact_event(c, self.shapes, self.bodies));
         }
         self.parts(first).for_each(|row| self.set_touching(row, false));
     }
@@ -242,7 +242,7 @@ impl Teller<'_> {
         }
     }
 
-    fn recount(&self, row: u32, told: &mut Told) {
+    fn recount(&self, row: u32, effects: &mut Effects) {
         let c = self.at(row);
         let has_points = c.count > 0;
         if c.sensor {
@@ -250,7 +250,7 @@ impl Teller<'_> {
             let first = c.first(row);
             let overlaps = self.parts(first).any(|part| self.at(part).count > 0);
             if self.at(first).touching != overlaps {
-                told.touches.sensed.extend(self.sensor_events(c).map(|e| (e, overlaps)));
+                effects.touches.sensed.extend(self.sensor_events(c).map(|e| (e, overlaps)));
                 self.parts(first).for_each(|part| self.set_touching(part, overlaps));
             }
             return;
@@ -267,10 +267,10 @@ impl Teller<'_> {
             (false, false) if !c.touching => return,
             (false, false) => Move::Stays,
         };
-        told.turns.add(row, c, what, !has_points, self.bodies);
+        effects.changes.add(row, c, what, !has_points, self.bodies);
         let first = c.first(row);
         if !has_points && self.parts(first).all(|part| self.at(part).count == 0) {
-            self.report_end(first, told);
+            self.report_end(first, effects);
         }
     }
 }
@@ -299,7 +299,7 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
             let members = &color.members;
             for_ranges(jobs, members.len(), grain(jobs, members.len(), 128), |range| {
                 for k in range {
-                    if let Some(soon) = members.get(k + AHEAD) {
+                    if let Some(soon) = members.get(k + PREFETCH) {
                         contacts.prefetch(*soon, 1);
                     }
                     let c = contacts.at(members[k]);
@@ -355,10 +355,11 @@ fn wake_held(first: u32, sets: &mut Sets<'_>) {
 
 /// Removes a contact with all its parts; reports the end if it was touching.
 pub(crate) fn end_contact(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
-    let mut told = Told::default();
+    let mut effects = Effects::default();
     // SAFETY: there is no other worker.
     let slots = sets.contacts.slots_mut(unsafe { Apart::promise() });
-    Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots }.end(first, &mut told);
-    sets.carry_out(core::iter::once(&told.turns), &mut Vec::new(), &Jobs::Inline);
-    told.touches.report(sets.events);
+    ChangeReader { shapes, bodies: sets.bodies, islands: sets.islands, slots }
+        .end(first, &mut effects);
+    sets.carry_out(core::iter::once(&effects.changes), &mut Vec::new(), &Jobs::Inline);
+    effects.touches.report(sets.events);
 }

@@ -10,7 +10,7 @@
 
 use super::context::StepContext;
 use super::notes::Note;
-use super::solver::totals_rows::Given;
+use super::solver::totals_rows::ContactTotals;
 use super::touches::{contact_event, reports_touch};
 use super::{finalize, particles, partition, solver, sweep};
 use crate::base::math::Vec3;
@@ -22,12 +22,12 @@ use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
 /// Prefetch distance, in contacts.
-const AHEAD: usize = 6;
+const PREFETCH: usize = 6;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    asked: Vec<Given>,
+    asked: Vec<ContactTotals>,
 }
 
 /// Stages whose notes become events.
@@ -105,7 +105,7 @@ fn report_begun(
     contacts: &mut Contacts,
     events: &mut Events,
 ) {
-    let mut soon = begun.clone().skip(AHEAD);
+    let mut soon = begun.clone().skip(PREFETCH);
     for row in begun {
         if let Some(soon) = soon.next() {
             contacts.prefetch(soon, Contact::CACHE_LINES);
@@ -133,7 +133,7 @@ fn set_touching(first: u32, contacts: &mut Contacts) {
 
 /// Reports hits, and the forces of pairs that are asked for them. `dt`: of the step [s].
 fn report_given(
-    given: impl Iterator<Item = Given>,
+    given: impl Iterator<Item = ContactTotals>,
     (dt, hit_speed): (f32, f32),
     shapes: &Shapes,
     bodies: &Bodies,
@@ -155,7 +155,7 @@ fn report_given(
         }
     }
     merge_hits(&mut events.hits);
-    let pair = |given: &Given| {
+    let pair = |given: &ContactTotals| {
         let c = contacts.at(given.contact);
         (shapes.id(c.shape_a), shapes.id(c.shape_b), given.contact)
     };
@@ -165,7 +165,7 @@ fn report_given(
     }
 }
 
-fn hit(c: &Contact, given: &Given, shapes: &Shapes, bodies: &Bodies) -> HitEvent {
+fn hit(c: &Contact, given: &ContactTotals, shapes: &Shapes, bodies: &Bodies) -> HitEvent {
     let points = c.points().iter().zip(&given.points).enumerate();
     // Of those that landed the one that was pressed most; of those that were pressed alike the deepest.
     let place = points.max_by(|(i, (p, pressed)), (j, (q, other))| {
@@ -186,7 +186,7 @@ fn hit(c: &Contact, given: &Given, shapes: &Shapes, bodies: &Bodies) -> HitEvent
 }
 
 /// Impulse along the normal [N s].
-fn total(given: &Given) -> f32 {
+fn total(given: &ContactTotals) -> f32 {
     given.points.iter().sum()
 }
 
@@ -213,7 +213,7 @@ fn merge_hits(hits: &mut Vec<HitEvent>) {
 
 /// Adds a manifold to the list of forces, whose last pair may be its own.
 fn report_forces(
-    given: &Given,
+    given: &ContactTotals,
     dt: f32,
     shapes: &Shapes,
     bodies: &Bodies,

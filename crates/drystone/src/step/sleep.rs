@@ -25,7 +25,7 @@ use crate::state::shapes::Shapes;
 const LARGE: usize = 32;
 
 /// So many contacts ahead of the one that is looked at are asked for from memory.
-const AHEAD: usize = 16;
+const PREFETCH: usize = 16;
 
 /// Still times of some bodies [s].
 #[derive(Clone, Copy, Debug)]
@@ -296,7 +296,7 @@ impl Roots {
                 &mut ends,
                 |range, out| {
                     for i in range {
-                        if let Some(next) = rows.get(i + AHEAD) {
+                        if let Some(next) = rows.get(i + PREFETCH) {
                             sets.contacts.prefetch(*next, 1);
                         }
                         let c = sets.contacts.at(rows[i]);

@@ -26,7 +26,7 @@ pub(crate) fn whitened(v: Vec3, alpha: f32) -> [f32; 4] {
 
 /// The velocity of a line that began with velocity `v`. By how much it has changed where that is little: √m v / √m is not v, and
 /// what went on as before lost or won up to 6e-8 of its speed in every step, always the same way.
-pub(crate) fn unwhitened(v: Vec3, line: &Line, alpha: f32) -> Vec3 {
+pub(crate) fn unwhitened(v: Vec3, line: &SolverBody, alpha: f32) -> Vec3 {
     let (start, mut end) = (whitened(v, alpha), three(line.v) * alpha);
     for i in 0..3 {
         let change = line.v[i] - start[i];
@@ -37,10 +37,10 @@ pub(crate) fn unwhitened(v: Vec3, line: &Line, alpha: f32) -> Vec3 {
     end
 }
 
-/// A body in the solver: one cache line. Line 0 is everything that cannot be pushed: always zero.
+/// A body in the solver: one cache line. SolverBody 0 is everything that cannot be pushed: always zero.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
-pub(crate) struct Line {
+pub(crate) struct SolverBody {
     /// v̂
     pub(crate) v: [f32; 4],
     /// ŵ
@@ -114,7 +114,7 @@ pub(crate) fn read_lanes<'a, T: Sync>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -
 #[inline(always)]
 pub(crate) fn load_velocity<S: Simd>(
     simd: S,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
     let of = read_lanes(lines, rows);
@@ -129,7 +129,7 @@ pub(crate) fn load_velocity<S: Simd>(
 #[inline(always)]
 pub(crate) fn load_motion<S: Simd>(
     simd: S,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
     let of = read_lanes(lines, rows);
@@ -140,11 +140,11 @@ pub(crate) fn load_motion<S: Simd>(
     Velocity { v: gather(simd, x), w: gather(simd, t) }
 }
 
-/// Writes velocities back. Line 0 is everyone's, and is never written.
+/// Writes velocities back. SolverBody 0 is everyone's, and is never written.
 #[inline(always)]
 pub(crate) fn store_velocity<S: Simd>(
     simd: S,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     rows: &[u32; LANES],
     velocity: Velocity<S>,
 ) {

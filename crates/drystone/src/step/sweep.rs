@@ -36,7 +36,7 @@ use crate::state::shapes::{ShapeRow, Shapes};
 
 /// How far beyond its way a body's ray is cast, in its own sizes: what comes in flatter than 1 in 5 moves
 /// less than its size toward the surface in a step of five, and has contacts before it is there.
-const AHEAD: f32 = 5.0;
+const SIZES_AHEAD: f32 = 5.0;
 
 /// So many pairs at most are asked whether they came near for each ray that may be saved by it: they stand in a row, and a
 /// ray goes through the trees of shapes and of a mesh.
@@ -252,7 +252,7 @@ fn first_stop_of(
     let stops_at = |row: u32, shape: &ShapeRow, normal: Vec3| {
         one_way::stops(shapes, row, bodies.at(shape.body), normal, delta)
     };
-    let ahead = AHEAD * swept.extent / delta.length();
+    let ahead = SIZES_AHEAD * swept.extent / delta.length();
     let mut first = None;
     bounds.fixed.ray(&Ray::new(from, delta), 1.0 + ahead, |item| {
         // What is farther than that behind the first stop stops the body no earlier.

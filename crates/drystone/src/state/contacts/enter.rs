@@ -12,7 +12,7 @@ use crate::geometry::collide::MAX_PARTS;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 
 /// So many contacts ahead what they write to is asked for.
-const AHEAD: usize = 4;
+const PREFETCH: usize = 4;
 
 /// Fewer are not shared out.
 const LEAST: usize = 64;
@@ -146,10 +146,10 @@ fn link(
 ) {
     let links = Links(table);
     for (k, n) in new.iter().enumerate() {
-        if let Some(soon) = new.get(k + 2 * AHEAD) {
+        if let Some(soon) = new.get(k + 2 * PREFETCH) {
             ask_for_heads(bodies, soon.bodies, &owns);
         }
-        if let Some(soon) = new.get(k + AHEAD) {
+        if let Some(soon) = new.get(k + PREFETCH) {
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
                 let first = bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
                 table.prefetch_line(first as usize / 2, Contact::LISTS_LINE);

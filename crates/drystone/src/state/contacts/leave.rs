@@ -10,7 +10,7 @@ use crate::base::pair_set::{PairSet, pair_key};
 use crate::state::bodies::{Bodies, Body};
 
 /// So many contacts ahead what is written of one is asked for.
-const AHEAD: usize = 4;
+const PREFETCH: usize = 4;
 
 /// A row to be taken out.
 #[derive(Clone, Copy, Debug)]
@@ -53,11 +53,11 @@ impl Contacts {
 /// Takes contacts out of what is watched.
 fn unwatch(gone: &[Leaver], table: &Table, watched: &mut Watched) {
     for (k, g) in gone.iter().enumerate() {
-        if let Some(soon) = gone.get(k + 2 * AHEAD) {
+        if let Some(soon) = gone.get(k + 2 * PREFETCH) {
             table.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
         }
-        if let Some(soon) = gone.get(k + AHEAD) {
-            watched.ask_for(soon.row, AHEAD, table);
+        if let Some(soon) = gone.get(k + PREFETCH) {
+            watched.ask_for(soon.row, PREFETCH, table);
         }
         if let Some(contact) = table.read(g.row as usize).as_ref().filter(|c| !c.is_part) {
             watched.remove(contact.probe.get() as usize, table);
@@ -68,7 +68,7 @@ fn unwatch(gone: &[Leaver], table: &Table, watched: &mut Watched) {
 /// Takes them out of the set of pairs.
 fn forget(gone: &[Leaver], pairs: &mut PairSet) {
     for (k, g) in gone.iter().enumerate() {
-        if let Some(soon) = gone.get(k + 2 * AHEAD) {
+        if let Some(soon) = gone.get(k + 2 * PREFETCH) {
             pairs.prefetch(pair_key(soon.shapes[0], soon.shapes[1]));
         }
         if !g.is_part {
@@ -86,11 +86,11 @@ fn unlink(
 ) {
     let links = Links(table);
     for (k, g) in gone.iter().enumerate() {
-        if let Some(soon) = gone.get(k + 2 * AHEAD) {
+        if let Some(soon) = gone.get(k + 2 * PREFETCH) {
             table.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
             ask_for_heads(bodies, soon.bodies, &owns);
         }
-        if let Some(soon) = gone.get(k + AHEAD) {
+        if let Some(soon) = gone.get(k + PREFETCH) {
             for (side, body) in (0..).zip(soon.bodies) {
                 if owns(body)
                     && let Some(link) = links.at(2 * soon.row + side)

@@ -3,7 +3,7 @@
 //! together with the velocity that it causes [Catto11].
 
 use super::rows::{Mover, Pair, PairPoint};
-use super::turns::Turns;
+use super::sequence::Sequence;
 use crate::base::math::Vec3;
 use crate::step::softness::Softness;
 
@@ -56,8 +56,8 @@ impl Law {
 }
 
 /// The impulses of the last step, which the pairs were filled with.
-pub(crate) fn warm_start(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
-    for row in &turns.pairs {
+pub(crate) fn warm_start(sequence: &Sequence, movers: &mut [Mover], pairs: &[Pair]) {
+    for row in &sequence.pairs {
         let pair = &pairs[*row as usize];
         for p in pair.points() {
             pair.push(p, pair.normal * p.press + p.rub, movers);
@@ -67,7 +67,7 @@ pub(crate) fn warm_start(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
 
 /// Sweeps over all rows. Returns their number.
 pub(crate) fn accumulate(
-    turns: &Turns,
+    sequence: &Sequence,
     sweeps: u32,
     law: &Law,
     movers: &mut [Mover],
@@ -76,7 +76,7 @@ pub(crate) fn accumulate(
 ) -> u32 {
     for _ in 0..sweeps {
         between(movers);
-        for row in &turns.pairs {
+        for row in &sequence.pairs {
             let pair = &mut pairs[*row as usize];
             let mut total = 0.0;
             for _ in 0..POINT_ROUNDS {

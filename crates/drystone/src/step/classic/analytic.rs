@@ -24,7 +24,7 @@ use self::implicit::Whole;
 use self::mixing::Mixing;
 use self::skyline::{SIX, Skyline};
 use super::rows::{Mover, Pair};
-use super::turns::Turns;
+use super::sequence::Sequence;
 use crate::base::double::{DVec3, greater};
 use crate::step::classic::analytic::rows::{
     Point, along, each, inner, lower_root, onto_cone, response, row_of,
@@ -99,13 +99,13 @@ impl Analytic {
     /// Solves for the velocities at the end of a substep of `h`. `slop`: overlaps are removed by velocity, down to this [m]; ∞: none.
     pub(crate) fn solve(
         &mut self,
-        turns: &Turns,
+        sequence: &Sequence,
         h: f32,
         slop: f64,
         movers: &mut [Mover],
         pairs: &mut [Pair],
     ) -> Outcome {
-        self.gather(turns, h, slop, movers, pairs);
+        self.gather(sequence, h, slop, movers, pairs);
         self.budget.begin(self.points.len());
         let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
         // At rest the impulses of the last step have taken the speed away already.
@@ -306,7 +306,7 @@ impl Analytic {
         Outcome { sweeps: done, residual: self.residual() / scale, too_large: false }
     }
 
-    fn gather(&mut self, turns: &Turns, h: f32, slop: f64, movers: &[Mover], pairs: &[Pair]) {
+    fn gather(&mut self, sequence: &Sequence, h: f32, slop: f64, movers: &[Mover], pairs: &[Pair]) {
         self.roots.clear();
         self.roots.extend(movers.iter().map(|m| {
             let root = |x: f32| f64::from(x.max(0.0)).sqrt();
@@ -315,7 +315,7 @@ impl Analytic {
         }));
         self.points.clear();
         let h = f64::from(h);
-        for row in &turns.pairs {
+        for row in &sequence.pairs {
             let pair = &pairs[*row as usize];
             let sides = [&movers[pair.a as usize], &movers[pair.b as usize]];
             let roots = [&self.roots[pair.a as usize], &self.roots[pair.b as usize]];

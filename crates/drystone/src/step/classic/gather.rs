@@ -11,7 +11,7 @@ use crate::state::options::Damping;
 use crate::state::shapes::Shapes;
 use crate::step::classic::Scratch;
 use crate::step::classic::couplings::Coupled;
-use crate::step::classic::joints::Link;
+use crate::step::classic::joints::JointRow;
 use crate::step::classic::rows::{Mover, Pair, PairPoint};
 use crate::step::classic::sixdof::Axes;
 use crate::step::context::StepContext;
@@ -51,20 +51,20 @@ impl Scratch {
         row_of: &[u32],
     ) {
         self.pairs.clear();
-        self.turns.pairs.clear();
+        self.sequence.pairs.clear();
         for coloring in [&colors.contacts, &colors.contacts_fixed] {
             for color in &coloring.colors {
                 for row in &color.members {
                     let number = u32::try_from(self.pairs.len()).expect("fewer than 2^32 contacts");
                     let contact = contacts.at(*row);
                     self.pairs.push(pair_of(ctx, input, *row, contact, row_of));
-                    self.turns.pairs.push(number);
+                    self.sequence.pairs.push(number);
                 }
             }
         }
-        let all = self.turns.pairs.len();
-        self.turns.ends.clear();
-        self.turns.ends.push(all);
+        let all = self.sequence.pairs.len();
+        self.sequence.ends.clear();
+        self.sequence.ends.push(all);
     }
 
     pub(crate) fn gather_links(
@@ -82,7 +82,7 @@ impl Scratch {
                 let (a, b) = (input.bodies.at(joint.body_a), input.bodies.at(joint.body_b));
                 let (r_a, r_b) =
                     (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
-                self.links.push(Link {
+                self.links.push(JointRow {
                     row: *row,
                     a: row_of[joint.body_a as usize],
                     b: row_of[joint.body_b as usize],

@@ -14,7 +14,7 @@ const BAUMGARTE: f32 = 0.2;
 
 /// A joint.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Link {
+pub(crate) struct JointRow {
     /// Row of the joint.
     pub(crate) row: u32,
     pub(crate) a: u32,
@@ -31,7 +31,7 @@ pub(crate) struct Link {
     pub(crate) impulse: Vec3,
 }
 
-impl Link {
+impl JointRow {
     /// One visit.
     pub(crate) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
         if let Some(coupled) = &mut self.coupled {

@@ -15,15 +15,15 @@ mod rows;
 mod sixdof;
 mod springs;
 mod sweeps;
-pub(crate) mod turns;
+pub(crate) mod sequence;
 
 use self::accumulate::Law;
 use self::analytic::Analytic;
-use self::joints::Link;
+use self::joints::JointRow;
 use self::levels::Graph;
 use self::rows::{Mover, Pair};
+use self::sequence::Sequence;
 use self::springs::Springs;
-use self::turns::Turns;
 use super::context::StepContext;
 use super::softness::Softness;
 use super::solver::body::row::Aux;
@@ -31,8 +31,8 @@ use super::solver::body::solved::Solved;
 use super::solver::body::squeeze::Squeeze;
 use super::solver::contact::store::approach;
 use super::solver::input::Input;
-use super::solver::totals_rows::{Askers, Given, POINTS};
-use super::solver_body::{Line, Whitening};
+use super::solver::totals_rows::{Askers, ContactTotals, POINTS};
+use super::solver_body::{SolverBody, Whitening};
 use crate::base::double::greater;
 use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
@@ -52,10 +52,10 @@ pub(crate) struct Scratch {
     /// Body row of each mover; the first is none.
     bodies: Vec<u32>,
     pairs: Vec<Pair>,
-    links: Vec<Link>,
+    links: Vec<JointRow>,
     /// In the order of the method, and by levels from the ground up.
-    turns: Turns,
-    ground_up: Turns,
+    sequence: Sequence,
+    ground_up: Sequence,
     graph: Graph,
     change: Vec<(Vec3, Vec3)>,
     analytic: Analytic,
@@ -65,7 +65,7 @@ pub(crate) struct Scratch {
     /// Contact rows that were pressed together for the first time.
     pub(crate) begun: Vec<u32>,
     /// What contacts gave that landed or are asked for.
-    pub(crate) given: Vec<Given>,
+    pub(crate) given: Vec<ContactTotals>,
     /// Sweeps over the contacts in the last step.
     pub(crate) sweeps: u32,
     /// The last step was made by a classic method.
@@ -139,7 +139,7 @@ impl Scratch {
     /// Runs a pass; returns how many sweeps over the contacts it took.
     fn run(&mut self, pass: Pass, ctx: &StepContext, settings: &Settings) -> u32 {
         let (h, caps, rounds) = (ctx.h, &ctx.caps, self.rounds());
-        let Self { movers, pairs, links, turns, ground_up, .. } = self;
+        let Self { movers, pairs, links, sequence, ground_up, .. } = self;
         let mut join = |movers: &mut [Mover]| {
             for link in links.iter_mut() {
                 link.solve(h, caps, movers);
@@ -163,7 +163,7 @@ impl Scratch {
                 0
             }
             Pass::WarmStart => {
-                accumulate::warm_start(turns, movers, pairs);
+                accumulate::warm_start(sequence, movers, pairs);
                 links.iter().for_each(|link| link.warm_start(movers));
                 0
             }
@@ -173,9 +173,9 @@ impl Scratch {
                     // The baseline has joints too.
                     join(movers);
                 }
-                sweeps::bounce(turns, most, h, before_forces, movers, pairs)
+                sweeps::bounce(sequence, most, h, before_forces, movers, pairs)
             }
-            Pass::Stop => sweeps::stop(turns, settings.sweeps, h, movers, pairs, join),
+            Pass::Stop => sweeps::stop(sequence, settings.sweeps, h, movers, pairs, join),
             Pass::Shock if settings.shock == Shock::Full => {
                 sweeps::shock(ground_up, h, movers, pairs)
             }
@@ -188,11 +188,11 @@ impl Scratch {
                     Overlap::VelocityBias | Overlap::Relax => Law::biased(h, ctx.length),
                     _ => Law::rigid(h),
                 };
-                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+                accumulate::accumulate(sequence, settings.sweeps, &law, movers, pairs, join)
             }
             Pass::AccumulateRelaxed if settings.overlap == Overlap::Relax => {
                 let law = Law::rigid(h);
-                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+                accumulate::accumulate(sequence, settings.sweeps, &law, movers, pairs, join)
             }
             Pass::Springs => {
                 join(movers);
@@ -201,13 +201,13 @@ impl Scratch {
                     omega: 2.0 * core::f32::consts::PI * ctx.penalty.hertz,
                     damping_ratio: ctx.penalty.damping_ratio,
                 };
-                springs::push_apart(&springs, turns, movers, pairs, &mut self.change);
+                springs::push_apart(&springs, sequence, movers, pairs, &mut self.change);
                 1
             }
             Pass::ImplicitSprings => {
                 let p = ctx.penalty;
                 let law = Law::spring(h, Softness::new(p.hertz, p.damping_ratio, h));
-                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+                accumulate::accumulate(sequence, settings.sweeps, &law, movers, pairs, join)
             }
             Pass::Converge => {
                 let has_bias = settings.overlap == Overlap::VelocityBias;
@@ -218,7 +218,7 @@ impl Scratch {
                     for link in links.iter_mut() {
                         link.solve(h, caps, movers);
                     }
-                    let outcome = self.analytic.solve(turns, h, slop, movers, pairs);
+                    let outcome = self.analytic.solve(sequence, h, slop, movers, pairs);
                     sweeps += outcome.sweeps;
                     self.residual = greater(outcome.residual, self.residual);
                     self.too_large |= outcome.too_large;
@@ -227,7 +227,7 @@ impl Scratch {
             }
             Pass::Project => {
                 let law = Law::projection(h);
-                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+                accumulate::accumulate(sequence, settings.sweeps, &law, movers, pairs, join)
             }
             // Those that are switched off, and those of blocks.
             _ => 0,
@@ -270,12 +270,12 @@ impl Scratch {
     fn rate_levels(&mut self, settings: &Settings) {
         let by_level = matches!(settings.order, Order::Levels | Order::TopDown);
         if settings.order == Order::Random {
-            self.turns.shuffle();
+            self.sequence.shuffle();
         }
         if !(by_level || settings.shock == Shock::Full || settings.overlap == Overlap::PushOut) {
             return;
         }
-        let Self { movers, pairs, graph, ground_up, turns, .. } = self;
+        let Self { movers, pairs, graph, ground_up, sequence, .. } = self;
         graph.rate(movers, pairs);
         ground_up.pairs.clear();
         ground_up.pairs.extend(0..u32::try_from(pairs.len()).expect("fewer than 2^32 contacts"));
@@ -285,11 +285,11 @@ impl Scratch {
         });
         ground_up.end_levels(pairs);
         if by_level {
-            turns.clone_from(ground_up);
+            sequence.clone_from(ground_up);
         }
         if settings.order == Order::TopDown {
-            turns.pairs.reverse();
-            turns.end_levels(pairs);
+            sequence.pairs.reverse();
+            sequence.end_levels(pairs);
         }
     }
 
@@ -335,7 +335,7 @@ impl Scratch {
                 let peaks = [p, q, r, s, p + q + r + s].map(|p| bounded(p / ctx.dt));
                 let push = (c.normal * (p + q + r + s) + rub * n).bounded();
                 let (contact, points) = (pair.contact, points.map(bounded));
-                self.given.push(Given { contact, points, push, peaks, landed, asked });
+                self.given.push(ContactTotals { contact, points, push, peaks, landed, asked });
             }
         }
         for link in &self.links {
@@ -365,7 +365,7 @@ impl Scratch {
         s.aux.clear();
         s.free.clear();
         for (i, m) in self.movers.iter().enumerate() {
-            s.lines.push(Line { v: four(m.v), w: four(m.w), x: four(m.x), t: four(m.t) });
+            s.lines.push(SolverBody { v: four(m.v), w: four(m.w), x: four(m.x), t: four(m.t) });
             s.whitening.push(one);
             s.aux.push(Aux::default());
             s.squeezes.push(Squeeze { factor: 1.0, ..Squeeze::default() });

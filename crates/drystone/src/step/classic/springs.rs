@@ -5,7 +5,7 @@
 //! other, are stiffer together (manual/methods.md).
 
 use super::rows::{Mover, Pair};
-use super::turns::Turns;
+use super::sequence::Sequence;
 use crate::base::collision::push;
 use crate::base::math::Vec3;
 
@@ -21,7 +21,7 @@ pub(crate) struct Springs {
 /// Adds the forces of a substep. All are found before any acts: they have no order.
 pub(crate) fn push_apart(
     springs: &Springs,
-    turns: &Turns,
+    sequence: &Sequence,
     movers: &mut [Mover],
     pairs: &mut [Pair],
     change: &mut Vec<(Vec3, Vec3)>,
@@ -29,7 +29,7 @@ pub(crate) fn push_apart(
     change.clear();
     change.resize(movers.len(), (Vec3::ZERO, Vec3::ZERO));
     let Springs { h, omega, damping_ratio } = *springs;
-    for row in &turns.pairs {
+    for row in &sequence.pairs {
         let pair = &mut pairs[*row as usize];
         for i in 0..pair.points().len() {
             let p = pair.points[i];

@@ -4,7 +4,7 @@
 
 use super::accumulate::rub;
 use super::rows::{Mover, Pair, PairPoint};
-use super::turns::Turns;
+use super::sequence::Sequence;
 use crate::base::collision::collide;
 use crate::base::math::Vec3;
 
@@ -23,7 +23,7 @@ const PUSH_ROUNDS: u32 = 5;
 /// does or `most` sweeps are made. `before_forces`: where bodies would be is reckoned with the velocity that
 /// forces add, what bounces is the velocity of now. Returns the number of sweeps.
 pub(crate) fn bounce(
-    turns: &Turns,
+    sequence: &Sequence,
     most: u32,
     h: f32,
     before_forces: bool,
@@ -32,7 +32,7 @@ pub(crate) fn bounce(
 ) -> u32 {
     for sweep in 0..most {
         let mut any = false;
-        for row in &turns.pairs {
+        for row in &sequence.pairs {
             let pair = &mut pairs[*row as usize];
             for i in 0..pair.points().len() {
                 let p = pair.points[i];
@@ -72,7 +72,7 @@ fn strike(pair: &mut Pair, i: usize, u: Vec3, restitution: f32, movers: &mut [Mo
 /// Contacts: what would overlap at the end of the substep is stopped, in `sweeps` sweeps from the ground up,
 /// with restitutions of -1 + k/sweeps. Returns the number of sweeps.
 pub(crate) fn stop(
-    turns: &Turns,
+    sequence: &Sequence,
     sweeps: u32,
     h: f32,
     movers: &mut [Mover],
@@ -83,7 +83,7 @@ pub(crate) fn stop(
         #[expect(clippy::cast_precision_loss, reason = "at most 100,000")]
         let restitution = -1.0 + k as f32 / sweeps as f32;
         between(movers);
-        for level in turns.levels() {
+        for level in sequence.levels() {
             for _ in 0..LEVEL_ROUNDS {
                 for row in level {
                     stop_pair(&mut pairs[*row as usize], PAIR_ROUNDS, restitution, h, movers);
@@ -95,8 +95,8 @@ pub(crate) fn stop(
 }
 
 /// Shock propagation: one more sweep from the ground up; what a level's bodies rest on cannot be pushed.
-pub(crate) fn shock(turns: &Turns, h: f32, movers: &mut [Mover], pairs: &mut [Pair]) -> u32 {
-    for level in turns.levels() {
+pub(crate) fn shock(sequence: &Sequence, h: f32, movers: &mut [Mover], pairs: &mut [Pair]) -> u32 {
+    for level in sequence.levels() {
         for _ in 0..LEVEL_ROUNDS {
             for row in level {
                 stop_pair(&mut pairs[*row as usize], SHOCK_ROUNDS, 0.0, h, movers);
@@ -172,9 +172,9 @@ fn stop_pair(pair: &mut Pair, rounds: u32, restitution: f32, h: f32, movers: &mu
 
 /// Moves what overlaps apart, from the ground up, what lies below held, in two gradual rounds; velocities
 /// stay as they are.
-pub(crate) fn push_out(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
+pub(crate) fn push_out(sequence: &Sequence, movers: &mut [Mover], pairs: &[Pair]) {
     for part in [0.5, 1.0] {
-        for level in turns.levels() {
+        for level in sequence.levels() {
             for row in level {
                 let pair = &pairs[*row as usize];
                 for _ in 0..PUSH_ROUNDS {

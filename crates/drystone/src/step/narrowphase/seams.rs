@@ -53,7 +53,7 @@ const ROUNDING: f32 = 2.4e-7;
 const MOST_ASKED: u32 = 64;
 
 /// So many changes ahead of the one that is looked at its contact is asked for from memory.
-const AHEAD: usize = 8;
+const PREFETCH: usize = 8;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -234,7 +234,7 @@ impl Held {
         }
         for changes in changes {
             for (i, change) in changes.iter().enumerate() {
-                if let Some(Change::Made(row) | Change::Carries(row)) = changes.get(i + AHEAD) {
+                if let Some(Change::Made(row) | Change::Carries(row)) = changes.get(i + PREFETCH) {
                     contacts.prefetch(*row, 4);
                 }
                 if let Change::Made(row) | Change::Carries(row) = change {

@@ -206,7 +206,7 @@ fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &Rows<'_, ParticleLine>)
     }
 }
 
-/// Velocities back. Line 0 is everyone's, and is never written.
+/// Velocities back. SolverBody 0 is everyone's, and is never written.
 #[inline(always)]
 fn write<S: Simd>(simd: S, rows: &[ChainRow], lines: &Rows<'_, ParticleLine>) {
     for row in rows {

@@ -54,7 +54,7 @@ fn read<S: Simd>(simd: S, lines: &Rows<'_, ParticleLine>, block: &LinkBlock) -> 
     }
 }
 
-/// Writes velocities back, with the number that stands beside them; or ways. Line 0 is everyone's, and is never
+/// Writes velocities back, with the number that stands beside them; or ways. SolverBody 0 is everyone's, and is never
 /// written.
 #[inline(always)]
 pub(super) fn write_ends<S: Simd>(

@@ -13,7 +13,7 @@ use crate::state::config::{ParticleForm, WorldConfig};
 use crate::step::caps::{Caps, SHORTEST_OF_PARTICLES};
 use crate::step::context::StepContext;
 use crate::step::softness::Softness;
-use crate::step::solver_body::{Line, Whitening};
+use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Stiffness of links for a substep's rate, and their damping ratio, unless the configuration says
 /// otherwise (docs/decisions/020-particles.md).
@@ -116,13 +116,13 @@ impl Pace {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyLines<'a> {
     pub(crate) line_of: &'a [u32],
-    pub(crate) lines: Rows<'a, Line>,
+    pub(crate) lines: Rows<'a, SolverBody>,
     pub(crate) whitening: Rows<'a, Whitening>,
 }
 
 /// A sweep over all rows.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Sweep {
+pub(super) enum ParticlePass {
     /// With bias; the first of a substep that another came before, or of one of the forms that project.
     Solve {
         first: bool,

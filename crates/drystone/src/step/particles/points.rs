@@ -11,7 +11,7 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::links::write_ends;
 use super::meet::{MOST, Meeting};
-use super::pace::{BodyLines, Form, Sweep};
+use super::pace::{BodyLines, Form, ParticlePass};
 use super::rows::Ground;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Jobs, for_items, grain};
@@ -191,7 +191,7 @@ impl Contacts {
     }
 
     /// Solves each contact once.
-    pub(super) fn sweep(&mut self, kind: Sweep, ground: &Ground<'_>, jobs: &Jobs<'_>) {
+    pub(super) fn sweep(&mut self, kind: ParticlePass, ground: &Ground<'_>, jobs: &Jobs<'_>) {
         self.each(jobs, &|blocks, pushes| {
             dispatch!(ground.pace.level, simd => {
                 for block in blocks {
@@ -399,7 +399,13 @@ fn prepare<S: Simd>(
 
 /// Solves eight contacts once; without bias in a relax sweep.
 #[inline(always)]
-fn solve<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, kind: Sweep, pushes: bool) {
+fn solve<S: Simd>(
+    simd: S,
+    block: &mut PointBlock,
+    ground: &Ground<'_>,
+    kind: ParticlePass,
+    pushes: bool,
+) {
     let pace = ground.pace;
     let soft = pace.form == Form::Soft;
     let zero = splat(simd, 0.0);
@@ -408,7 +414,7 @@ fn solve<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, kind: Sw
     let n = Vec3w::load(simd, &block.n);
     let mut old = load(simd, &block.press);
     let was_pressed = bits(above(old, zero)) != 0;
-    if matches!(kind, Sweep::Solve { first: true }) && was_pressed {
+    if matches!(kind, ParticlePass::Solve { first: true }) && was_pressed {
         let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
         let rub = [load(simd, &block.rub[0]), load(simd, &block.rub[1])];
         if pushes {
@@ -445,8 +451,8 @@ fn solve<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, kind: Sw
     let speed = if soft {
         let least = splat(simd, -pace.push_speed);
         let deep = match kind {
-            Sweep::Relax => vn,
-            Sweep::Solve { .. } => vn + max(close * splat(simd, PUSH_OUT), least),
+            ParticlePass::Relax => vn,
+            ParticlePass::Solve { .. } => vn + max(close * splat(simd, PUSH_OUT), least),
         };
         select(above(gap, zero), vn + close, deep)
     } else {

@@ -10,7 +10,7 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
 use crate::step::caps::SHORTEST_OF_PARTICLES;
-use crate::step::solver_body::{Line, Whitening, three};
+use crate::step::solver_body::{SolverBody, Whitening, three};
 
 /// Part of the gap of an attachment that a substep takes out.
 const CLOSE: f32 = 0.8;
@@ -18,7 +18,7 @@ const CLOSE: f32 = 0.8;
 /// What a particle is against.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Partner {
-    /// Line of the body in the solver; 0: it cannot be pushed.
+    /// SolverBody of the body in the solver; 0: it cannot be pushed.
     pub(crate) line: u32,
     alpha: f32,
     s: Sym3,
@@ -34,7 +34,7 @@ impl Partner {
     }
 
     /// Velocity of its point at `r`.
-    fn velocity(&self, lines: &Rows<'_, Line>, r: Vec3) -> Vec3 {
+    fn velocity(&self, lines: &Rows<'_, SolverBody>, r: Vec3) -> Vec3 {
         if self.line == 0 {
             return Vec3::ZERO;
         }
@@ -43,7 +43,7 @@ impl Partner {
     }
 
     /// How far its center went since the step's start, and how it turned.
-    fn motion(&self, lines: &Rows<'_, Line>) -> (Vec3, Vec3) {
+    fn motion(&self, lines: &Rows<'_, SolverBody>) -> (Vec3, Vec3) {
         if self.line == 0 {
             return (Vec3::ZERO, Vec3::ZERO);
         }
@@ -52,7 +52,7 @@ impl Partner {
     }
 
     /// An impulse `p`, and `torque` about the center.
-    fn push(&self, lines: &Rows<'_, Line>, p: Vec3, torque: Vec3) {
+    fn push(&self, lines: &Rows<'_, SolverBody>, p: Vec3, torque: Vec3) {
         if self.line == 0 {
             return;
         }
@@ -72,7 +72,7 @@ pub(crate) struct Ground<'a> {
     pub(crate) particles: Rows<'a, ParticleLine>,
     /// Ways at the substep's start, of the form that keeps positions.
     pub(crate) before: Rows<'a, [f32; 4]>,
-    pub(crate) bodies: Rows<'a, Line>,
+    pub(crate) bodies: Rows<'a, SolverBody>,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
 }
@@ -82,7 +82,7 @@ impl<'a> Ground<'a> {
         pace: &'a Pace,
         particles: &'a mut [ParticleLine],
         before: &'a mut [[f32; 4]],
-        bodies: Rows<'a, Line>,
+        bodies: Rows<'a, SolverBody>,
         elapsed: f32,
     ) -> Self {
         // SAFETY: who solves in parallel goes by colors, whose rows share no particle, and no body that can be pushed.
@@ -225,7 +225,7 @@ impl HoldRow {
     }
 
     /// Hands on to the body what it gets of an impulse on the particle, which has got its own part.
-    pub(crate) fn hand_on(&mut self, lines: &Rows<'_, Line>, p: Vec3) {
+    pub(crate) fn hand_on(&mut self, lines: &Rows<'_, SolverBody>, p: Vec3) {
         let d = -self.matrix(self.r).map_or(Vec3::ZERO, |a| a.mul(p * self.w));
         self.partner.push(lines, -d, -self.r.cross(d));
         self.impulse += d;

@@ -3,7 +3,7 @@
 use fearless_simd::dispatch;
 
 use super::meet::Meeting;
-use super::pace::{BodyLines, Form, Pace, Sweep};
+use super::pace::{BodyLines, Form, Pace, ParticlePass};
 use super::points::Contacts;
 use super::rows::{Ground, HoldRow, Partner};
 use super::{chain, links};
@@ -16,7 +16,7 @@ use crate::state::bodies::Bodies;
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
 use crate::step::softness::decay;
-use crate::step::solver_body::Line;
+use crate::step::solver_body::SolverBody;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +34,7 @@ pub(crate) struct Scratch {
     pub(crate) dragged: Vec<u32>,
     pub(crate) released: Vec<u32>,
     /// Of each dragged body beside a classic method: what it moves in a substep beyond its velocity.
-    own: Vec<Line>,
+    own: Vec<SolverBody>,
     /// Groups of the solver with such bodies, ascending.
     pub(crate) groups: Vec<usize>,
 }
@@ -165,28 +165,36 @@ impl Tied<'_> {
     }
 
     /// Sweeps of a substep, with bias.
-    pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+    pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * self.pace.h;
         // Particles that nothing ties to each other have no use for more than one.
         let tied = !self.particles.links.is_empty() || !self.scratch.holds.is_empty();
         for sweep in 0..if tied { self.pace.sweeps } else { 1 } {
             let first = sweep == 0 && (substep > 0 || self.pace.form != Form::Soft);
-            self.sweep(Sweep::Solve { first }, elapsed, bodies, jobs);
+            self.sweep(ParticlePass::Solve { first }, elapsed, bodies, jobs);
         }
     }
 
     /// The sweep without bias after `moved` [s] of the step.
-    pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+    pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         if self.pace.form == Form::Soft {
-            self.sweep(Sweep::Relax, moved, bodies, jobs);
+            self.sweep(ParticlePass::Relax, moved, bodies, jobs);
         }
     }
 
-    fn sweep(&mut self, kind: Sweep, elapsed: f32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+    fn sweep(
+        &mut self,
+        kind: ParticlePass,
+        elapsed: f32,
+        bodies: Rows<'_, SolverBody>,
+        jobs: &Jobs<'_>,
+    ) {
         let pace = &self.pace;
-        let (is_relax, first) =
-            (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
+        let (is_relax, first) = (
+            matches!(kind, ParticlePass::Relax),
+            matches!(kind, ParticlePass::Solve { first: true }),
+        );
         let Particles { colors, chains, lines, .. } = &mut *self.particles;
         let s = &mut *self.scratch;
         let ground = Ground::new(pace, lines, &mut s.before, bodies, elapsed);
@@ -237,7 +245,7 @@ impl Tied<'_> {
     }
 
     /// Bounces, and the impulses that are kept.
-    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
+    pub(crate) fn end(&mut self, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         let s = &mut *self.scratch;
         let Particles { lines, chains, colors, attachments, touches, .. } = &mut *self.particles;
         let ground = Ground::new(&self.pace, lines, &mut s.before, bodies, 0.0);
@@ -264,7 +272,7 @@ impl Tied<'_> {
         let part = 1.0 / n as f32;
         for i in 0..dragged {
             let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
-            let mut of = Line::default();
+            let mut of = SolverBody::default();
             for k in 0..4 {
                 of.x[k] = line.x[k] * part - self.pace.h * line.v[k];
                 of.t[k] = line.t[k] * part - self.pace.h * line.w[k];
@@ -344,7 +352,7 @@ fn sweep_held(
     block: &mut ChainBlock,
     (holds, hold_of): (&mut [HoldRow], &[u32]),
     ground: &Ground<'_>,
-    kind: Sweep,
+    kind: ParticlePass,
 ) {
     let mut ends = [Sym3::ZERO; 2];
     let mut rows = [None; 2];
@@ -353,7 +361,7 @@ fn sweep_held(
         if let Some(row) = rows[side] {
             // Another chain may have moved the body since it was solved with the others.
             let hold = &mut holds[row as usize];
-            hold.solve(ground, matches!(kind, Sweep::Relax), false);
+            hold.solve(ground, matches!(kind, ParticlePass::Relax), false);
             ends[side] = hold.less();
         }
     }
@@ -370,27 +378,32 @@ fn sweep_chains(
     ends: Option<&chain::Ends>,
     lines: &Rows<'_, ParticleLine>,
     pace: &Pace,
-    kind: Sweep,
+    kind: ParticlePass,
 ) -> [Vec3; 2] {
     dispatch!(pace.level, simd => match kind {
-        Sweep::Solve { first } => chain::solve(simd, rows, ends, lines, pace, first),
-        Sweep::Relax => chain::relax(simd, rows, ends, lines, pace),
+        ParticlePass::Solve { first } => chain::solve(simd, rows, ends, lines, pace, first),
+        ParticlePass::Relax => chain::relax(simd, rows, ends, lines, pace),
     })
 }
 
-fn sweep_links(blocks: &mut [LinkBlock], lines: &Rows<'_, ParticleLine>, pace: &Pace, kind: Sweep) {
+fn sweep_links(
+    blocks: &mut [LinkBlock],
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    kind: ParticlePass,
+) {
     dispatch!(pace.level, simd => {
         for block in blocks {
             if pace.form == Form::Soft && block.chained == [true; LANES] {
                 continue;
             }
             match (kind, pace.form) {
-                (Sweep::Relax, _) => links::relax(simd, block, lines, pace),
-                (Sweep::Solve { first }, Form::Soft) => {
+                (ParticlePass::Relax, _) => links::relax(simd, block, lines, pace),
+                (ParticlePass::Solve { first }, Form::Soft) => {
                     links::solve(simd, block, lines, pace, first);
                 }
-                (Sweep::Solve { first }, Form::Aim) => links::aim(simd, block, lines, pace, first),
-                (Sweep::Solve { first }, Form::Verlet) => {
+                (ParticlePass::Solve { first }, Form::Aim) => links::aim(simd, block, lines, pace, first),
+                (ParticlePass::Solve { first }, Form::Verlet) => {
                     links::project(simd, block, lines, pace, first);
                 }
             }

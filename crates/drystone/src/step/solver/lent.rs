@@ -26,7 +26,7 @@ use crate::state::joints::Joint;
 use crate::state::method::Method;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
-use crate::step::solver_body::{Line, Whitening};
+use crate::step::solver_body::{SolverBody, Whitening};
 
 /// The solver's rows as lent to the groups: each touches its own.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ pub(crate) struct Solver<'a> {
     pub(super) shapes: &'a Shapes,
     pub(super) plan: &'a Plan,
     pub(super) line_of: &'a [u32],
-    pub(super) lines: Rows<'a, Line>,
+    pub(super) lines: Rows<'a, SolverBody>,
     pub(super) whitening: Rows<'a, Whitening>,
     pub(super) aux: Rows<'a, Aux>,
     pub(super) acceleration: Rows<'a, Vec3>,
@@ -58,7 +58,7 @@ pub(crate) struct Solver<'a> {
     /// Some contact may be parted: only then `partings` and `ways` have rows.
     pub(super) parts: bool,
     pub(super) partings: Rows<'a, Parting>,
-    pub(super) ways: Rows<'a, Line>,
+    pub(super) ways: Rows<'a, SolverBody>,
     pub(super) joints: Rows<'a, JointBlock>,
     pub(super) joint_rests: Rows<'a, JointRest>,
     pub(super) sixdofs: Rows<'a, SixBlock>,

@@ -15,7 +15,7 @@ pub(crate) struct Progress {
 
 /// A pass in a substep.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stroke {
+pub(crate) struct PassStep {
     pub(crate) substep: u32,
     pub(crate) pass: Pass,
     /// The velocities of the next substep follow at once.

@@ -1,7 +1,7 @@
 //! A group's way through the step, pass by pass.
 
 use super::lent::Solver;
-use super::pass::{Progress, Stroke};
+use super::pass::{PassStep, Progress};
 use super::totals_rows::When;
 use crate::base::jobs::Jobs;
 use crate::state::bodies::Fineness;
@@ -20,8 +20,8 @@ impl Solver<'_> {
     /// Takes a group through the substeps of its context.
     pub(super) fn solve_once(&self, number: usize, jobs: &Jobs<'_>) {
         let mut way = self.begin(number, jobs);
-        for stroke in self.strokes() {
-            self.stroke(number, stroke, &mut way, jobs);
+        for step in self.pass_steps() {
+            self.run_pass(number, step, &mut way, jobs);
         }
         self.end(number, &way, jobs);
     }
@@ -49,7 +49,7 @@ impl Solver<'_> {
     }
 
     /// The passes of a step, in their order.
-    pub(super) fn strokes(&self) -> impl Iterator<Item = Stroke> {
+    pub(super) fn pass_steps(&self) -> impl Iterator<Item = PassStep> {
         let (body, finish) = (self.method.substep(), self.method.finish());
         let substeps = self.ctx.substeps;
         let relaxes = self.ctx.fineness == Fineness::Struck && !body.contains(&Pass::Relax);
@@ -62,36 +62,36 @@ impl Solver<'_> {
             // Positions and the velocities after them are one walk over the bodies.
             let kicks = pass == Pass::Positions
                 && passes.next_if(|(_, next)| *next == Pass::Velocities).is_some();
-            Some(Stroke { substep, pass, kicks })
+            Some(PassStep { substep, pass, kicks })
         })
     }
 
     /// A pass over a group.
-    pub(super) fn stroke(
+    pub(super) fn run_pass(
         &self,
         number: usize,
-        stroke: Stroke,
+        step: PassStep,
         way: &mut Progress,
         jobs: &Jobs<'_>,
     ) {
         let group = &self.plan.groups[number];
-        match stroke.pass {
+        match step.pass {
             Pass::Velocities => {
-                self.accelerate(group, jobs, stroke.substep == 0);
+                self.accelerate(group, jobs, step.substep == 0);
                 // The warm start is in them, too: impacts that follow must not send it back.
                 way.kicked = true;
             }
             Pass::Positions => {
                 let turns = self.turns(group);
-                if stroke.kicks && !turns {
+                if step.kicks && !turns {
                     self.advance(group, jobs);
                 } else {
                     self.drift(group, jobs);
                 }
-                (way.done, way.kicked) = (way.done + 1, stroke.kicks);
+                (way.done, way.kicked) = (way.done + 1, step.kicks);
                 if turns {
                     self.renew(number, way.done, jobs);
-                    if stroke.kicks {
+                    if step.kicks {
                         self.accelerate(group, jobs, false);
                     }
                 }
@@ -100,12 +100,12 @@ impl Solver<'_> {
                 self.collide(number, way.done, way.kicked, jobs);
             }
             pass => {
-                self.sweep(group, pass, stroke.substep, jobs);
-                self.bound(group, pass, stroke.substep);
+                self.sweep(group, pass, step.substep, jobs);
+                self.bound(group, pass, step.substep);
                 // What the bound took back was never given.
                 match pass {
                     Pass::Solve { .. } => {
-                        self.add_to_tallies(group, When::solved(stroke.substep, self.ctx.parts));
+                        self.add_to_tallies(group, When::solved(step.substep, self.ctx.parts));
                     }
                     Pass::Relax => self.add_to_tallies(group, When::relaxed()),
                     _ => {}

@@ -17,7 +17,7 @@ use super::work::Bound;
 use crate::base::math::Vec3;
 use crate::geometry::collide::MeshScratch;
 use crate::step::classic;
-use crate::step::solver_body::Line;
+use crate::step::solver_body::SolverBody;
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -39,7 +39,7 @@ pub(crate) struct Scratch {
     calm: u32,
     /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
     pub(super) partings: Vec<Parting>,
-    pub(super) ways: Vec<Line>,
+    pub(super) ways: Vec<SolverBody>,
     /// Steps since the last one in which they were needed.
     pub(super) unparted: u32,
     pub(super) joints: Vec<JointBlock>,

@@ -13,8 +13,8 @@ use super::lent::Solver;
 use super::plan::group::Group;
 use super::plan::joint_class::DISTANCE;
 use super::totals_rows::{
-    ASKED, ContactTally, Given, JointTally, LANDED, NEW, POINTS, Peaks, TURNS, Totals, TreeTally,
-    Watch, When, landed,
+    ASKED, ContactTally, ContactTotals, JointTally, LANDED, NEW, POINTS, Peaks, TURNS, Totals,
+    TreeTally, Watch, When, landed,
 };
 use crate::base::grow;
 use crate::base::math::{bounded, vec3};
@@ -40,7 +40,7 @@ impl super::scratch::Scratch {
     }
 
     /// What the contacts gave in the last step that landed or are asked for; in no order.
-    pub(crate) fn given(&self) -> impl Iterator<Item = Given> {
+    pub(crate) fn given(&self) -> impl Iterator<Item = ContactTotals> {
         let blocks = self.watches.iter().zip(&self.tallies).zip(&self.plan.contacts.owners);
         let watched = blocks.enumerate().filter(|(_, ((watch, _), _))| **watch != Watch::NONE);
         let summed = watched.flat_map(|(i, ((watch, tally), owners))| {
@@ -48,7 +48,7 @@ impl super::scratch::Scratch {
             let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (ASKED | LANDED) != 0);
             lanes.map(move |lane| {
                 let [x, y, z] = tally.push.map(|sum| bounded(sum[lane]));
-                Given {
+                ContactTotals {
                     contact: owners[lane],
                     points: tally.points.map(|sum| bounded(sum[lane])),
                     push: vec3(x, y, z),

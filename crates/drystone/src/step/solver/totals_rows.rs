@@ -232,7 +232,7 @@ impl Totals {
 
 /// What a contact gave in a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Given {
+pub(crate) struct ContactTotals {
     pub(crate) contact: u32,
     /// Along its normal at each of its points [N s]. A contact that was made anew within the step may have fewer points now.
     pub(crate) points: [f32; 4],

@@ -8,8 +8,8 @@ use super::body::island_motion::Frames;
 use super::body::row::Aux;
 use super::body::squeeze::Squeeze;
 use super::body::state::BodyState;
-use super::contact::arena::{Blocks, Rooms};
-use super::contact::sweep::Sweep;
+use super::contact::arena::{Arena, Blocks};
+use super::contact::sweep::ContactSweep;
 use super::contact::{store, sweep};
 use super::input::Input;
 use super::joint::sweep::JointSweep;
@@ -33,7 +33,7 @@ use crate::state::method::Pass;
 use crate::step::context::StepContext;
 use crate::step::particles::tied::Tied;
 use crate::step::softness::Softness;
-use crate::step::solver_body::{Line, Whitening};
+use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Runs the method's passes: plans groups of islands, makes room for their rows, and lets a worker take each group through the step.
 /// There is a context for each [`Fineness`](crate::state::bodies::Fineness) of islands.
@@ -70,7 +70,7 @@ pub(crate) fn solve(
         jobs,
     );
     let n = s.plan.members.len() + 1;
-    grow::resize(&mut s.solved.lines, n, Line::default());
+    grow::resize(&mut s.solved.lines, n, SolverBody::default());
     grow::resize(&mut s.solved.whitening, n, Whitening::default());
     grow::resize(&mut s.solved.aux, n, Aux::default());
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
@@ -100,7 +100,7 @@ pub(crate) fn solve(
     let (slots, softened) = contacts.solved_mut(apart);
     let plan = &s.plan;
     let keep = !tied.scratch.groups.is_empty();
-    let Rooms { own, rooms, size } = Rooms::new(plan, &mut s.blocks, workers, keep);
+    let Arena { own, rooms, size } = Arena::new(plan, &mut s.blocks, workers, keep);
     let end = own.len();
     let solver = Solver {
         ctx,
@@ -151,7 +151,7 @@ pub(crate) fn solve(
     };
     let solver_of =
         |number: usize| Solver { ctx: contexts[plan.groups[number].fineness as usize], ..solver };
-    solver.solve_together(tied, jobs);
+    solver.solve_with_particles(tied, jobs);
     let groups = &tied.scratch.groups;
     for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
         solver_of(number).solve(number, jobs);
@@ -178,7 +178,7 @@ impl Solver<'_> {
         let elapsed = substep as f32 * ctx.h;
         // A relax pass within a substep stands after its positions.
         let moved = elapsed + if substep < ctx.substeps { ctx.h } else { 0.0 };
-        let sweep = |softness, inner, elapsed| Sweep {
+        let sweep = |softness, inner, elapsed| ContactSweep {
             inv_h: ctx.inv_h,
             softness,
             relaxes: pass == Pass::Relax,
@@ -244,7 +244,7 @@ impl Solver<'_> {
         &self,
         group: &Group,
         jobs: &Jobs<'_>,
-        f: &(dyn Fn(&mut [Line], &mut [Aux]) + Sync),
+        f: &(dyn Fn(&mut [SolverBody], &mut [Aux]) + Sync),
     ) {
         let n = group.lines.len();
         for_shares(jobs, n, 256, |part| {

@@ -8,7 +8,7 @@ use super::body::integrate;
 use super::body::solved::Solved;
 use super::body::state::BodyState;
 use super::lent::Solver;
-use super::pass::Stroke;
+use super::pass::PassStep;
 use super::plan::Plan;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, for_ranges};
@@ -37,7 +37,7 @@ pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut tied::Scratch
 
 impl Solver<'_> {
     /// Takes the groups of dragged bodies and the particles through the step.
-    pub(super) fn solve_together(&self, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
+    pub(super) fn solve_with_particles(&self, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
         if tied.is_idle() {
             tied.particles.touches.clear();
             tied.scratch.groups.clear();
@@ -49,11 +49,11 @@ impl Solver<'_> {
         });
         let to = BodyLines { line_of: self.line_of, lines: self.lines, whitening: self.whitening };
         tied.begin(self.bodies, &to, jobs);
-        for stroke in self.strokes() {
+        for step in self.pass_steps() {
             self.for_groups(&groups, jobs, &|i, number, jobs| {
-                self.stroke(number, stroke, self.progress.row(i), jobs);
+                self.run_pass(number, step, self.progress.row(i), jobs);
             });
-            self.stroke_particles(stroke, tied, jobs);
+            self.run_particle_pass(step, tied, jobs);
         }
         tied.end(self.lines, jobs);
         self.for_groups(&groups, jobs, &|i, number, jobs| {
@@ -80,8 +80,8 @@ impl Solver<'_> {
         });
     }
 
-    fn stroke_particles(&self, stroke: Stroke, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
-        let Stroke { substep, pass, kicks } = stroke;
+    fn run_particle_pass(&self, step: PassStep, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
+        let PassStep { substep, pass, kicks } = step;
         match pass {
             Pass::Velocities => tied.velocities(substep == 0, jobs),
             Pass::Solve { .. } => tied.solve(substep, self.lines, jobs),

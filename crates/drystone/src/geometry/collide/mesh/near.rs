@@ -12,7 +12,7 @@ use crate::base::wide::{
 use crate::geometry::mesh::{Mesh, Pack, Window};
 
 /// Prefetch distance, in packs: about the number of outstanding loads of a core.
-const AHEAD: usize = 4;
+const PREFETCH: usize = 4;
 
 /// Default of [`Reach::grain`] [m].
 const GRAIN: f32 = 1.0e-6;
@@ -134,11 +134,11 @@ pub(super) fn find<S: Simd>(
     let mut gap = splat(simd, others);
     let rest = splat(simd, reach.rest);
     // Prefetches the first packs, before the loop reads the first one.
-    for &item in packs.iter().take(AHEAD) {
+    for &item in packs.iter().take(PREFETCH) {
         prefetch(mesh.pack(item));
     }
     for (k, &item) in packs.iter().enumerate() {
-        if let Some(soon) = packs.get(k + AHEAD) {
+        if let Some(soon) = packs.get(k + PREFETCH) {
             prefetch(mesh.pack(*soon));
         }
         let pack = mesh.pack(item);

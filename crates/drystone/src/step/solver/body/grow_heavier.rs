@@ -20,7 +20,7 @@ use crate::state::contacts::Contact;
 use crate::step::solver::lent::Solver;
 
 /// So many contacts ahead of the one that is looked at are asked for from memory.
-const AHEAD: usize = 8;
+const PREFETCH: usize = 8;
 
 impl Solver<'_> {
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies and of
@@ -57,7 +57,7 @@ impl Solver<'_> {
         }
         supports.sort_unstable();
         for (k, row) in supports.iter().enumerate() {
-            if let Some(soon) = supports.get(k + AHEAD) {
+            if let Some(soon) = supports.get(k + PREFETCH) {
                 self.contacts.prefetch(*soon as usize, 4);
             }
             if let Some(contact) = self.contacts.read(*row as usize) {

@@ -16,7 +16,7 @@ use crate::step::context::StepContext;
 use crate::step::gyration::Spin;
 use crate::step::gyration::lanes::turned_eight;
 use crate::step::softness::decay;
-use crate::step::solver_body::{Line, Velocity, Whitening, four, three, whitened};
+use crate::step::solver_body::{SolverBody, Velocity, Whitening, four, three, whitened};
 
 /// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
 /// moment of 0 is an axis that cannot turn: 0 in both.
@@ -89,7 +89,7 @@ pub(crate) fn whiten(
     factor: f32,
     start: &BodyState,
     gyration: Vec3,
-) -> (Line, Whitening, Aux, Vec3) {
+) -> (SolverBody, Whitening, Aux, Vec3) {
     let (v, w) = (start.v, start.w);
     let alpha = 1.0 / (body.mass * factor).sqrt();
     let (s, s_inv) = scaled_roots(body, start.rotation, factor);
@@ -97,7 +97,8 @@ pub(crate) fn whiten(
     if factor > 1.0 {
         acc *= 1.0 / factor;
     }
-    let line = Line { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
+    let line =
+        SolverBody { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.torque + body.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration) * (1.0 / ctx.substeps as f32);
@@ -151,7 +152,7 @@ fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
 /// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
 /// last substep, `v - before`, is done again. (In the first they are there already.)
 #[inline(always)]
-pub(crate) fn velocities(line: &mut Line, aux: &mut Aux, first: bool) {
+pub(crate) fn velocities(line: &mut SolverBody, aux: &mut Aux, first: bool) {
     for i in 0..4 {
         let (v, w) = (line.v[i], line.w[i]);
         let (impulse_v, impulse_w) = (v - aux.before_v[i], w - aux.before_w[i]);
@@ -179,7 +180,7 @@ pub(crate) fn load_start<S: Simd>(
 
 /// Positions follow velocities for one substep.
 #[inline(always)]
-pub(crate) fn positions(line: &mut Line, h: f32) {
+pub(crate) fn positions(line: &mut SolverBody, h: f32) {
     for i in 0..4 {
         line.x[i] += h * line.v[i];
         line.t[i] += h * line.w[i];
@@ -190,7 +191,7 @@ pub(crate) fn positions(line: &mut Line, h: f32) {
 #[inline(always)]
 pub(crate) fn unwhiten(
     ctx: &StepContext,
-    line: &Line,
+    line: &SolverBody,
     whitening: &Whitening,
     (aux, factor): (&Aux, f32),
     body: &mut Body,

@@ -3,7 +3,7 @@
 use super::state::BodyState;
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
-use crate::step::solver_body::{Line, Whitening, four};
+use crate::step::solver_body::{SolverBody, Whitening, four};
 
 /// Turning by more than this in a step is far [rad].
 pub(crate) const FAR_TURN: f32 = 0.25;
@@ -39,14 +39,14 @@ pub(crate) struct Carried {
 
 impl Aux {
     /// Takes the impulses that are carried from the last substep out of a line's velocity.
-    pub(crate) fn lift(&self, line: &mut Line) -> Carried {
+    pub(crate) fn lift(&self, line: &mut SolverBody) -> Carried {
         let carried = Carried { v: [line.v, self.before_v], w: [line.w, self.before_w] };
         (line.v, line.w) = (self.before_v, self.before_w);
         carried
     }
 
     /// Puts them back: exactly what was there if nothing struck the line.
-    pub(crate) fn put_back(&self, line: &mut Line, carried: &Carried) {
+    pub(crate) fn put_back(&self, line: &mut SolverBody, carried: &Carried) {
         let Carried { v: [v, before_v], w: [w, before_w] } = carried;
         for i in 0..4 {
             line.v[i] = v[i] + (self.before_v[i] - before_v[i]);
@@ -68,7 +68,7 @@ impl Aux {
     }
 
     /// The line carries no impulses to the next substep.
-    pub(crate) fn start_anew(&mut self, line: &Line) {
+    pub(crate) fn start_anew(&mut self, line: &SolverBody) {
         (self.before_v, self.before_w) = (line.v, line.w);
     }
 
@@ -82,7 +82,7 @@ impl Aux {
     }
 
     /// Puts the end of the step of a body in its line, and what rounding took from its angular velocity.
-    pub(crate) fn put_end(&mut self, line: &mut Line, end: &BodyState, w_rest: Vec3) {
+    pub(crate) fn put_end(&mut self, line: &mut SolverBody, end: &BodyState, w_rest: Vec3) {
         (line.v, line.w) = (four(end.v), four(end.w));
         (line.x, line.t) = (four(end.center), end.rotation.to_array());
         (self.before_w, self.ended) = (four(w_rest), true);
@@ -130,7 +130,7 @@ impl Aux {
 
     /// An impact on the line; no impulse that the next substep repeats.
     #[inline]
-    pub(crate) fn strike(&mut self, line: &mut Line, dv: Vec3, dw: Vec3) {
+    pub(crate) fn strike(&mut self, line: &mut SolverBody, dv: Vec3, dw: Vec3) {
         let (dv, dw) = (four(dv), four(dw));
         for i in 0..4 {
             line.v[i] += dv[i];
@@ -142,7 +142,7 @@ impl Aux {
 
     /// True if nothing but forces and damping moved the body's center in `substeps` substeps of `h`. (Every
     /// impulse of a row does.)
-    pub(crate) fn flew(&self, line: &Line, start: [f32; 4], substeps: u32, h: f32) -> bool {
+    pub(crate) fn flew(&self, line: &SolverBody, start: [f32; 4], substeps: u32, h: f32) -> bool {
         let (mut v, mut x) = (start, [0.0; 4]);
         for _ in 0..substeps {
             for i in 0..4 {
@@ -154,7 +154,7 @@ impl Aux {
     }
 
     /// Takes locked translations out.
-    pub(crate) fn hold_locked(&self, line: &mut Line) {
+    pub(crate) fn hold_locked(&self, line: &mut SolverBody) {
         for i in 0..3 {
             if self.locked[i] {
                 line.v[i] = 0.0;

@@ -2,14 +2,14 @@
 
 use super::row::Aux;
 use super::squeeze::Squeeze;
-use crate::step::solver_body::{Line, Whitening};
+use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Solver bodies of a step, from the default methods and the classic ones alike. The first one stands for all that cannot be pushed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Solved {
     /// Solver body of each row of the table of bodies; 0: none.
     pub(crate) line_of: Vec<u32>,
-    pub(crate) lines: Vec<Line>,
+    pub(crate) lines: Vec<SolverBody>,
     pub(crate) whitening: Vec<Whitening>,
     pub(crate) aux: Vec<Aux>,
     pub(crate) squeezes: Vec<Squeeze>,

@@ -3,7 +3,7 @@
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::Body;
-use crate::step::solver_body::{Line, Whitening, three, unwhitened};
+use crate::step::solver_body::{SolverBody, Whitening, three, unwhitened};
 
 /// Where a body is, and how it moves [m, m/s, rad/s; world].
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +30,7 @@ impl BodyState {
 
     /// What a line that was begun here made of it.
     #[inline(always)]
-    pub(crate) fn after(&self, line: &Line, whitening: &Whitening) -> Self {
+    pub(crate) fn after(&self, line: &SolverBody, whitening: &Whitening) -> Self {
         let (alpha, s) = (whitening.alpha(), whitening.s());
         Self {
             center: self.center + three(line.x) * alpha,

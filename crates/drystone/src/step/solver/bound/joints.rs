@@ -144,7 +144,7 @@ pub(super) fn ask_six(
         let moves = if kind == 0 { drift } else { spin };
         bound.drive(held.abs() + friction.abs() + limit.abs(), moves);
         if block.locked[axis][lane] > 0.0 {
-            if locks && !(block.is_pinned && kind == 0) {
+            if locks && !(block.is_anchored && kind == 0) {
                 let off = (x - f64::from(block.place[axis][lane])).abs();
                 bound.close(f64::from(held), closing_speed(off, rate, &sweep.caps, axis), kind);
             }
@@ -183,7 +183,7 @@ pub(super) fn ask_six(
             bound.close(f64::from(limit), closing_speed(error, rate, &sweep.caps, axis), kind);
         }
     }
-    if locks && block.is_pinned {
+    if locks && block.is_anchored {
         let force = f64::from(at(&block.carried, lane).length());
         bound.close(force, closing_speed(gap.length(), rate, &sweep.caps, 0), 0);
         bound.drive(force, drift);

@@ -43,7 +43,7 @@ impl<'a> Blocks<'a> {
 
 /// Which blocks have a place of their own, and the workers' rooms.
 #[derive(Debug)]
-pub(crate) struct Rooms<'a> {
+pub(crate) struct Arena<'a> {
     /// The first blocks of the plan.
     pub(crate) own: &'a mut [ContactBlock],
     /// One for each worker, for those of a group that it solves alone.
@@ -52,7 +52,7 @@ pub(crate) struct Rooms<'a> {
     pub(crate) size: usize,
 }
 
-impl<'a> Rooms<'a> {
+impl<'a> Arena<'a> {
     /// Makes room in `blocks` for the groups of `plan` and this many workers. `keep`: all blocks keep what they
     /// say until the next step.
     pub(crate) fn new(

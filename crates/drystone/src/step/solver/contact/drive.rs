@@ -3,7 +3,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
 
-use super::sweep::Sweep;
+use super::sweep::ContactSweep;
 use super::{kernel, prepare, raw};
 use crate::base::jobs::Jobs;
 use crate::base::wide::LANES;
@@ -104,7 +104,7 @@ impl Solver<'_> {
     pub(crate) fn sweep_contacts(
         &self,
         group: &Group,
-        sweeps: &[Sweep; 2],
+        sweeps: &[ContactSweep; 2],
         relaxes: bool,
         jobs: &Jobs<'_>,
     ) {

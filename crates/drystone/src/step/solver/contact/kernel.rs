@@ -8,12 +8,12 @@ use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::block::{ContactBlock, Extra, K};
 use super::parting;
-use super::sweep::{DEEP_RATE, Sweep};
+use super::sweep::{ContactSweep, DEEP_RATE};
 use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{
     LANES, Sym3w, Vec3w, Wide, above, bits, bits_up_to_zero, load, max, min, select, splat, sqrt,
 };
-use crate::step::solver_body::{Line, Velocity, load_motion, load_velocity, store_velocity};
+use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity, store_velocity};
 
 /// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
 /// faster than this [m/s], ten times what gravity gives in a substep.
@@ -26,8 +26,8 @@ pub(crate) fn solve<S: Simd, const FIXED: bool>(
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
     next: Next<'_, ContactBlock>,
-    lines: &Rows<'_, Line>,
-    sweep: &Sweep,
+    lines: &Rows<'_, SolverBody>,
+    sweep: &ContactSweep,
 ) {
     match block.count {
         1 => solve_points::<S, FIXED, 1>(simd, block, extra, next, lines, sweep),
@@ -124,8 +124,8 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     block: &mut ContactBlock,
     mut extra: Option<&mut Extra>,
     next: Next<'_, ContactBlock>,
-    lines: &Rows<'_, Line>,
-    sweep: &Sweep,
+    lines: &Rows<'_, SolverBody>,
+    sweep: &ContactSweep,
 ) {
     // The next block is asked for in pieces of two to eight cache lines: as it is needed there, and as many as come
     // while what stands between two pieces is done.
@@ -283,7 +283,7 @@ fn soften<S: Simd, const N: usize>(
     simd: S,
     extra: &Extra,
     ([s, vn, mass], j): ([Wide<S>; 3], usize),
-    sweep: &Sweep,
+    sweep: &ContactSweep,
     bias: &mut Bias<S, N>,
     gain: &mut [Wide<S>; N],
 ) {

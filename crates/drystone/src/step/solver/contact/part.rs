@@ -21,7 +21,9 @@ use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, 
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
 use crate::step::solver::scratch::{KEPT_STEPS, Scratch};
-use crate::step::solver_body::{Line, Velocity, load_motion, load_velocity, store_velocity, three};
+use crate::step::solver_body::{
+    SolverBody, Velocity, load_motion, load_velocity, store_velocity, three,
+};
 
 /// Sweeps of the pass: as many as a step has.
 const SWEEPS: u32 = 8;
@@ -32,7 +34,7 @@ impl Scratch {
         let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
         let count = |n: usize| if may_part { n } else { 0 };
         self.partings.resize_with(count(blocks), Parting::default);
-        self.ways.resize_with(count(lines), Line::default);
+        self.ways.resize_with(count(lines), SolverBody::default);
         if Self::is_over(&mut self.unparted, may_part, KEPT_STEPS) {
             (self.partings, self.ways) = (Vec::new(), Vec::new());
         }
@@ -50,7 +52,7 @@ impl Solver<'_> {
             self.partings.row(i).is_ready = false;
         }
         for i in group.lines.clone() {
-            *self.ways.row(i) = Line::default();
+            *self.ways.row(i) = SolverBody::default();
         }
         for _ in 0..SWEEPS {
             self.plan.contacts.for_blocks(&group.contacts, jobs, 8, |batch, blocks| {
@@ -126,7 +128,7 @@ impl Solver<'_> {
         let parts = above(load(simd, &parts), zero);
         let inv_dt = splat(simd, 1.0 / ctx.dt);
         let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
-        let of = |load: fn(S, &Rows<'_, Line>, &[u32; LANES]) -> Velocity<S>| {
+        let of = |load: fn(S, &Rows<'_, SolverBody>, &[u32; LANES]) -> Velocity<S>| {
             (load(simd, &self.lines, &block.row_a), load(simd, &self.lines, &block.row_b))
         };
         let (motion, velocity) = (of(load_motion), of(load_velocity));
@@ -221,7 +223,7 @@ fn sweep<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
     block: &ContactBlock,
     parting: &mut Parting,
-    ways: &Rows<'_, Line>,
+    ways: &Rows<'_, SolverBody>,
 ) {
     let zero = splat(simd, 0.0);
     let mut a = Velocity::zero(simd);

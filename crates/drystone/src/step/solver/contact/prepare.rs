@@ -11,7 +11,7 @@ use crate::base::disjoint::Rows;
 use crate::base::wide::{
     LANES, Sym3w, Vec3w, Wide, above, bits, inverse_or_zero, load, max, min, select, splat, sqrt,
 };
-use crate::step::solver_body::{Line, Whitening, load_velocity, read_lanes, store_velocity};
+use crate::step::solver_body::{SolverBody, Whitening, load_velocity, read_lanes, store_velocity};
 
 /// Fills a block from up to eight contacts and applies their impulses to the lines. `FIXED`: only one
 /// body of each can be pushed.
@@ -22,7 +22,7 @@ pub(crate) fn pack<S: Simd, const FIXED: bool>(
     owners: &[u32; LANES],
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
 ) {
     let Some(warm) = build::<S, FIXED>(simd, source, owners, block, extra) else { return };
     // v̂ += M^-½ Jᵀ λ for the impulses of the last step.

@@ -43,7 +43,7 @@ pub(crate) fn landing(c: &Contact, source: &Source<'_>) -> u8 {
 pub(crate) struct Source<'a> {
     pub(crate) ctx: &'a StepContext,
     pub(crate) bodies: &'a Bodies,
-    /// Line of each body row; 0 for what cannot be pushed.
+    /// SolverBody of each body row; 0 for what cannot be pushed.
     pub(crate) line_of: &'a [u32],
     pub(crate) whitening: &'a Rows<'a, Whitening>,
     /// Acceleration of each line [m/s²].

@@ -36,7 +36,7 @@ use crate::step::solver::plan::group::Group;
 use crate::step::solver::plan::joint_class::{OFTEN, TURNING};
 use crate::step::solver::plan::layout::Batch;
 use crate::step::solver_body;
-use crate::step::solver_body::{Line, Whitening, load_motion};
+use crate::step::solver_body::{SolverBody, Whitening, load_motion};
 
 impl Solver<'_> {
     /// True if the group has contacts that are made anew within the step.
@@ -355,7 +355,7 @@ fn rebase<S: Simd>(
     simd: S,
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     (fixed, elapsed): (bool, f32),
 ) {
     let n = Vec3w::load(simd, &block.n);

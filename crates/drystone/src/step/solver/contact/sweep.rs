@@ -4,7 +4,7 @@ use crate::step::softness::Softness;
 
 /// What one sweep over contacts does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sweep {
+pub(crate) struct ContactSweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
     /// It takes out the velocity that the push put in.

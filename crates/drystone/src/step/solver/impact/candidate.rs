@@ -10,7 +10,7 @@ use crate::state::bodies::{Bodies, NONE};
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::contact::arena::Blocks;
 use crate::step::solver::contact::block::Extra;
-use crate::step::solver_body::{Line, Whitening, three};
+use crate::step::solver_body::{SolverBody, Whitening, three};
 
 /// Below this a point does not approach [m/s]: a hundred roundings of speeds of 10 m/s.
 pub(crate) const STILL: f32 = 1.0e-4;
@@ -22,7 +22,7 @@ pub(crate) struct Source<'a> {
     pub(crate) blocks: &'a Blocks<'a>,
     pub(crate) extras: Option<&'a Rows<'a, Extra>>,
     pub(crate) owners: &'a [[u32; LANES]],
-    pub(crate) lines: &'a Rows<'a, Line>,
+    pub(crate) lines: &'a Rows<'a, SolverBody>,
     pub(crate) aux: &'a Rows<'a, Aux>,
     pub(crate) whitening: &'a Rows<'a, Whitening>,
     /// Acceleration of each line [m/s²].
@@ -83,9 +83,9 @@ pub(crate) struct Moment {
 /// One point that approaches.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Hit {
-    pub(crate) touch: u32,
+    pub(crate) candidate: u32,
     pub(crate) lines: [u32; 2],
-    /// Once the touch has one, and whether this hit is the first for which it has.
+    /// Once the candidate has one, and whether this hit is the first for which it has.
     pub(crate) response: u32,
     pub(crate) fresh: bool,
     /// Row of the contact.
@@ -124,7 +124,7 @@ const BLOWS: u8 = 24;
 /// A contact that can bounce, out of its block once it is looked at: what a look reads, in three cache lines.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
-pub(crate) struct Touch {
+pub(crate) struct Candidate {
     pub(crate) lines: [u32; 2],
     pub(crate) block: u32,
     pub(crate) lane: u8,
@@ -167,7 +167,7 @@ fn along(rows: &[[f32; 4]; 3], v: Vec3) -> [f32; 4] {
     core::array::from_fn(|l| rows[0][l] * v.x + rows[1][l] * v.y + rows[2][l] * v.z)
 }
 
-impl Touch {
+impl Candidate {
     /// Becomes that of a contact that is not yet looked at: what is left of another one goes with [`Self::load`].
     pub(crate) fn restart(&mut self, entry: &Entry) {
         let Entry { lines, block, lane, .. } = *entry;

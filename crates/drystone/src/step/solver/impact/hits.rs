@@ -22,12 +22,12 @@ pub(super) fn root(hits: &[Hit], of: u32) -> u32 {
 }
 
 impl Impacts {
-    /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
+    /// The points that approach and meet in this substep, of the candidates that were looked at. Of several on a
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
     pub(crate) fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         let Self {
             ends,
-            touches,
+            candidates,
             lines_of,
             responses,
             answered,
@@ -39,14 +39,15 @@ impl Impacts {
             ..
         } = self;
         hits.clear();
-        for (touch, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
+        for (candidate, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0)
+        {
             let points = (0..4).filter(|point| met >> point & 1 == 1);
-            hits.extend(points.map(|point| Hit { touch, point, ..Hit::default() }));
+            hits.extend(points.map(|point| Hit { candidate, point, ..Hit::default() }));
         }
         let piece = grain(jobs, hits.len(), 32);
         for_items(jobs, hits, piece, |_, hits| {
             for hit in hits {
-                touches[hit.touch as usize].tell(source, moment, hit);
+                candidates[hit.candidate as usize].tell(source, moment, hit);
             }
         });
         if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
@@ -57,25 +58,26 @@ impl Impacts {
             hits.retain(|hit| {
                 let first = ends_of(source, hit.lines).all(|end| ends[end].most <= hit.e);
                 let round = *round + 1;
-                if !first && core::mem::replace(&mut looked[hit.touch as usize], round) < round {
-                    looks.push(hit.touch);
+                if !first && core::mem::replace(&mut looked[hit.candidate as usize], round) < round
+                {
+                    looks.push(hit.candidate);
                 }
                 first
             });
-            let left = looks.iter().map(|touch| lines_of[*touch as usize]);
+            let left = looks.iter().map(|candidate| lines_of[*candidate as usize]);
             for lines in hits.iter().map(|hit| hit.lines).chain(left) {
                 ends_of(source, lines).for_each(|end| ends[end].most = 0.0);
             }
         }
         for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {
-            let touch = &mut touches[hit.touch as usize];
-            if touch.response == NONE {
-                touch.response = *answered;
+            let candidate = &mut candidates[hit.candidate as usize];
+            if candidate.response == NONE {
+                candidate.response = *answered;
                 *answered += 1;
                 hit.fresh = true;
-                source.blocks.row(touch.block as usize).hit |= 1 << touch.lane;
+                source.blocks.row(candidate.block as usize).hit |= 1 << candidate.lane;
             }
-            hit.response = touch.response;
+            hit.response = candidate.response;
         }
         if responses.len() < *answered as usize {
             responses.resize(*answered as usize, Response::default());
@@ -127,8 +129,8 @@ impl Impacts {
         for i in 0..self.hits.len() {
             self.wake(source, self.hits[i].lines, run);
         }
-        for touch in &mut self.touches[known..self.looked.len()] {
-            touch.look(source, moment, self.pass);
+        for candidate in &mut self.candidates[known..self.looked.len()] {
+            candidate.look(source, moment, self.pass);
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Reads: blocks, extras (restitution), motion. Writes: lines (velocity), extras (which contacts were
 //! hit). Runs: over the islands of a group in which a pair arrives in this step, over contacts
 //! around bodies that take part; other groups pay for a look at one flag a block. In an island of its own group
-//! parallel over touches that are looked at, over hits, and over sets of hits that bodies link. Invariant: neither islands nor
+//! parallel over candidates that are looked at, over hits, and over sets of hits that bodies link. Invariant: neither islands nor
 //! sets see each other, and hits of a set are taken in the order of their contacts' rows, so neither grouping nor the number
 //! of workers shows.
 //!
@@ -25,7 +25,7 @@ pub(crate) mod response;
 
 use fearless_simd::dispatch;
 
-use self::candidate::{Entry, Hit, Moment, Source, Touch};
+use self::candidate::{Candidate, Entry, Hit, Moment, Source};
 use self::reflect::Part;
 use self::response::Response;
 use super::body::row::Carried;
@@ -39,7 +39,7 @@ use crate::step::solver::impact::hits::small;
 /// Most rounds in a substep: an impact runs through a row of as many bodies.
 const ROUNDS: u32 = 64;
 
-/// If a round has a hit for so many touches, all touches are asked whether one of their lines was hit; else the contacts
+/// If a round has a hit for so many candidates, all candidates are asked whether one of their lines was hit; else the contacts
 /// around each of those lines are listed.
 const FEW: usize = 16;
 
@@ -48,24 +48,24 @@ const FEW: usize = 16;
 pub(super) struct Impacts {
     /// Contacts of the group that can bounce.
     entries: Vec<Entry>,
-    /// Their touches, once they have one.
+    /// Their candidates, once they have one.
     touch_of: Vec<u32>,
     ends: Vec<End>,
-    /// Entries around each line, line after line, and their touches.
+    /// Entries around each line, line after line, and their candidates.
     around: Vec<u32>,
     near: Vec<u32>,
     /// Island and entry of what arrives in this step.
     arrivals: Vec<(u32, u32)>,
     /// As many as there are numbers in `looked`; what follows is of steps before.
-    touches: Vec<Touch>,
-    /// Of the touches that were hit: as many as are given out, and those of steps before.
+    candidates: Vec<Candidate>,
+    /// Of the candidates that were hit: as many as are given out, and those of steps before.
     responses: Vec<Response>,
     answered: u32,
-    /// Lines of each touch, in a row: touches are far from each other.
+    /// Lines of each candidate, in a row: candidates are far from each other.
     lines_of: Vec<[u32; 2]>,
-    /// The touch of the same island that follows each.
+    /// The candidate of the same island that follows each.
     next: Vec<u32>,
-    /// First and last touch of each island.
+    /// First and last candidate of each island.
     runs: Vec<[u32; 2]>,
     hits: Vec<Hit>,
     /// First hit of each set that bodies link.
@@ -76,14 +76,14 @@ pub(super) struct Impacts {
     /// Touches that the next round looks at, and which of their points approach and meet in the substep, bits.
     looks: Vec<u32>,
     met_points: Vec<u8>,
-    /// The round in which each touch was last put among the looks, all rounds of the step counted from 1.
+    /// The round in which each candidate was last put among the looks, all rounds of the step counted from 1.
     looked: Vec<u32>,
     round: u32,
     /// Touches that are found to be looked at, by ranges of all.
     found: Vec<Vec<u32>>,
     /// Number of the pass.
     pass: u16,
-    /// Lines of the touches, and while velocities are without the carried impulses, those.
+    /// Lines of the candidates, and while velocities are without the carried impulses, those.
     met: Vec<u32>,
     carried: Vec<Carried>,
     lifted: bool,
@@ -96,7 +96,7 @@ struct End {
     count: u32,
     /// Its contacts are looked at.
     live: bool,
-    /// It is a line of a touch.
+    /// It is a line of a candidate.
     met: bool,
     /// Greatest restitution of the points that approach it in this round.
     most: f32,
@@ -251,7 +251,7 @@ impl Impacts {
         end.first as usize..(end.first + end.count) as usize
     }
 
-    /// Makes a touch of an entry.
+    /// Makes a candidate of an entry.
     fn add(&mut self, source: &Source<'_>, entry: usize, run: usize) {
         let place = self.looked.len();
         let number = index(place);
@@ -273,10 +273,10 @@ impl Impacts {
                 }
             }
         }
-        if place == self.touches.len() {
-            self.touches.push(Touch::default());
+        if place == self.candidates.len() {
+            self.candidates.push(Candidate::default());
         }
-        self.touches[place].restart(entry);
+        self.candidates[place].restart(entry);
         self.lines_of.push(entry.lines);
         self.looked.push(0);
         self.next.push(NONE);
@@ -356,39 +356,39 @@ impl Impacts {
         }
     }
 
-    /// Which points of the touches to look at approach.
+    /// Which points of the candidates to look at approach.
     fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
-        let Self { touches, looks, met_points, pass, .. } = self;
+        let Self { candidates, looks, met_points, pass, .. } = self;
         met_points.clear();
         met_points.resize(looks.len(), 0);
-        // SAFETY: each look is of one range, and no touch is looked at twice.
+        // SAFETY: each look is of one range, and no candidate is looked at twice.
         let apart = unsafe { Apart::promise() };
-        let (touches, met_points) = (Rows::new(touches, apart), Rows::new(met_points, apart));
+        let (candidates, met_points) = (Rows::new(candidates, apart), Rows::new(met_points, apart));
         for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
             let (looks, met_points) = (&looks[range.clone()], met_points.slice(range));
             for (k, met) in met_points.iter_mut().enumerate() {
                 if let Some(next) = looks.get(k + 6) {
-                    touches.prefetch(*next as usize, size_of::<Touch>() / 64);
+                    candidates.prefetch(*next as usize, size_of::<Candidate>() / 64);
                 }
                 if let Some(next) = looks.get(k + 3) {
-                    touches.read(*next as usize).ask(source);
+                    candidates.read(*next as usize).ask(source);
                 }
-                *met = touches.row(looks[k] as usize).look(source, moment, *pass);
+                *met = candidates.row(looks[k] as usize).look(source, moment, *pass);
             }
         });
     }
 
     /// All sets of hits: what bodies link is in one.
     fn reflect(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
-        let Self { touches, responses, hits, parts, pass, .. } = self;
+        let Self { candidates, responses, hits, parts, pass, .. } = self;
         let n = hits.len();
-        // SAFETY: each set of hits is of one range, and hits that a body or a touch links are in one set.
+        // SAFETY: each set of hits is of one range, and hits that a body or a candidate links are in one set.
         let apart = unsafe { Apart::promise() };
-        let touches = Rows::new(touches, apart);
+        let candidates = Rows::new(candidates, apart);
         let (responses, hits) = (Rows::new(responses, apart), Rows::new(hits, apart));
         for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
             let of = |i: usize| hits.slice(parts[i]..parts.get(i + 1).map_or(n, |next| *next));
-            // In the order of the contacts' rows: that of the touches is the order of blocks, which the number of workers
+            // In the order of the contacts' rows: that of the candidates is the order of blocks, which the number of workers
             // changes.
             for i in range.clone() {
                 of(i).sort_unstable_by_key(|hit| (hit.contact, hit.point));
@@ -396,11 +396,11 @@ impl Impacts {
             dispatch!(source.level, simd => {
                 for i in range {
                     let hits = of(i);
-                    for of_one in hits.chunk_by(|one, next| one.touch == next.touch) {
-                        touches.row(of_one[0].touch as usize).hits += 1;
+                    for of_one in hits.chunk_by(|one, next| one.candidate == next.candidate) {
+                        candidates.row(of_one[0].candidate as usize).hits += 1;
                     }
-                    let alone = hits[0].touch == hits[hits.len() - 1].touch;
-                    let part = Part { simd, source, touches: &touches, responses: &responses, hits };
+                    let alone = hits[0].candidate == hits[hits.len() - 1].candidate;
+                    let part = Part { simd, source, candidates: &candidates, responses: &responses, hits };
                     if alone {
                         part.reflect::<true>(*pass);
                     } else {
@@ -415,8 +415,8 @@ impl Impacts {
     fn settle(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let many = self.hits.len() * FEW >= self.looked.len();
         for i in 0..self.hits.len() {
-            let Hit { touch, lines, .. } = self.hits[i];
-            if i > 0 && self.hits[i - 1].touch == touch {
+            let Hit { candidate, lines, .. } = self.hits[i];
+            if i > 0 && self.hits[i - 1].candidate == candidate {
                 continue;
             }
             for end in ends_of(source, lines) {
@@ -438,7 +438,7 @@ impl Impacts {
         }
     }
 
-    /// Lists the touches of lines that were hit in this round.
+    /// Lists the candidates of lines that were hit in this round.
     fn find_struck(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let Self { looked, lines_of, ends, found, looks, round, .. } = self;
         let n = looked.len();

@@ -2,8 +2,8 @@
 
 use fearless_simd::Simd;
 
-use super::candidate::{Hit, Source, Touch};
-use super::response::{Blow, Response};
+use super::candidate::{Candidate, Hit, Source};
+use super::response::{Reaction, Response};
 use crate::base::disjoint::Rows;
 
 /// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
@@ -18,30 +18,30 @@ const PRECISION: f32 = 1.0e-5;
 pub(crate) struct Part<'a, S: Simd> {
     pub(crate) simd: S,
     pub(crate) source: &'a Source<'a>,
-    pub(crate) touches: &'a Rows<'a, Touch>,
+    pub(crate) candidates: &'a Rows<'a, Candidate>,
     pub(crate) responses: &'a Rows<'a, Response>,
     pub(crate) hits: &'a mut [Hit],
 }
 
 impl<S: Simd> Part<'_, S> {
     /// Calls `f` with each response and its hits; gives what it answers, in sum. If the hits are of one contact, it
-    /// may keep the blow to itself until that is over.
+    /// may keep the reaction to itself until that is over.
     #[inline(always)]
     fn each<const ALONE: bool>(
         &mut self,
-        kept: &mut Blow<S>,
-        mut f: impl FnMut(&mut Response, &mut Blow<S>, &mut [Hit]) -> f32,
+        kept: &mut Reaction<S>,
+        mut f: impl FnMut(&mut Response, &mut Reaction<S>, &mut [Hit]) -> f32,
     ) -> f32 {
         if ALONE {
             let response = self.responses.row(self.hits[0].response as usize);
             return f(response, kept, self.hits);
         }
         let mut sum = 0.0;
-        for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
+        for hits in self.hits.chunk_by_mut(|one, next| one.candidate == next.candidate) {
             let response = self.responses.row(hits[0].response as usize);
-            let mut blow = response.blow(self.simd, self.source);
-            sum += f(response, &mut blow, hits);
-            response.deliver(self.simd, &blow, self.source);
+            let mut reaction = response.reaction(self.simd, self.source);
+            sum += f(response, &mut reaction, hits);
+            response.deliver(self.simd, &reaction, self.source);
         }
         sum
     }
@@ -55,7 +55,7 @@ impl<S: Simd> Part<'_, S> {
         for hit in self.hits.iter() {
             let response = self.responses.row(hit.response as usize);
             if hit.fresh {
-                *response = Response::new(self.touches.read(hit.touch as usize));
+                *response = Response::new(self.candidates.read(hit.candidate as usize));
             }
             response.couple(simd, self.source, pass);
             fastest = fastest.max(-hit.speed);
@@ -63,42 +63,42 @@ impl<S: Simd> Part<'_, S> {
         }
         let first = self.hits[0].response as usize;
         let mut kept = if ALONE {
-            self.responses.read(first).blow(simd, self.source)
+            self.responses.read(first).reaction(simd, self.source)
         } else {
-            Blow::none(simd)
+            Reaction::none(simd)
         };
         let mut work = 0.0;
         for _ in 0..SWEEPS {
             let mut change = 0.0_f32;
-            work += self.each::<ALONE>(&mut kept, |response, blow, hits| {
+            work += self.each::<ALONE>(&mut kept, |response, reaction, hits| {
                 let mut work = 0.0;
                 for hit in hits {
                     let j = usize::from(hit.point);
                     let mass = response.mass[j];
-                    let new = (hit.impulse - mass * (blow.speeds()[j] + hit.keeps)).max(0.0);
+                    let new = (hit.impulse - mass * (reaction.speeds()[j] + hit.keeps)).max(0.0);
                     let d = new - hit.impulse;
                     hit.impulse = new;
-                    work += response.push(simd, blow, j, d);
+                    work += response.push(simd, reaction, j, d);
                     change = change.max(d.abs() / mass);
                 }
-                work + response.rub(simd, blow)
+                work + response.rub(simd, reaction)
             });
             if change <= PRECISION * fastest {
                 break;
             }
         }
-        let rate = self.each::<ALONE>(&mut kept, |_, blow, hits| {
+        let rate = self.each::<ALONE>(&mut kept, |_, reaction, hits| {
             let mut rate = 0.0;
             for hit in hits {
-                rate += hit.e * hit.impulse * blow.speeds()[usize::from(hit.point)];
+                rate += hit.e * hit.impulse * reaction.speeds()[usize::from(hit.point)];
             }
             rate
         });
-        let returned = self.each::<ALONE>(&mut kept, |response, blow, hits| {
+        let returned = self.each::<ALONE>(&mut kept, |response, reaction, hits| {
             let mut returned = 0.0;
             for hit in hits {
                 let d = hit.e * hit.impulse;
-                returned += response.push(simd, blow, usize::from(hit.point), d);
+                returned += response.push(simd, reaction, usize::from(hit.point), d);
             }
             returned
         });
@@ -110,12 +110,12 @@ impl<S: Simd> Part<'_, S> {
             let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
             part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
         }
-        self.each::<ALONE>(&mut kept, |response, blow, hits| {
+        self.each::<ALONE>(&mut kept, |response, reaction, hits| {
             for hit in hits {
                 let d = hit.impulse * (hit.gain * part - hit.e);
-                response.push(simd, blow, usize::from(hit.point), d);
+                response.push(simd, reaction, usize::from(hit.point), d);
             }
-            response.rub(simd, blow)
+            response.rub(simd, reaction)
         });
         if ALONE {
             self.responses.row(first).deliver(simd, &kept, self.source);

@@ -1,9 +1,9 @@
-//! How a contact that is hit answers impulses: its rows, and the blow in which they act before its bodies hear
+//! How a contact that is hit answers impulses: its rows, and the reaction in which they act before its bodies hear
 //! of them. See [`super::impact`].
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::candidate::{Source, Touch};
+use super::candidate::{Candidate, Source};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes, Vec3w, Wide, at, load, put, splat};
 use crate::step::solver::totals_rows::Bounce;
@@ -52,14 +52,14 @@ pub(crate) struct Response {
     bounce: Bounce,
 }
 
-/// Speeds of a response's rows in a blow, and the impulses along them that its bodies did not yet get.
+/// Speeds of a response's rows in a reaction, and the impulses along them that its bodies did not yet get.
 #[derive(Clone, Copy)]
-pub(crate) struct Blow<S: Simd> {
+pub(crate) struct Reaction<S: Simd> {
     speeds: Wide<S>,
     impulse: Lanes,
 }
 
-impl<S: Simd> Blow<S> {
+impl<S: Simd> Reaction<S> {
     #[inline(always)]
     pub(crate) fn none(simd: S) -> Self {
         Self { speeds: splat(simd, 0.0), impulse: [0.0; LANES] }
@@ -93,11 +93,11 @@ fn combine<S: Simd>(simd: S, rows: &[Lanes; 3], factors: Wide<S>) -> Vec3 {
 }
 
 impl Response {
-    /// With the points' rows of a touch; the others are not yet known.
-    pub(crate) fn new(touch: &Touch) -> Self {
+    /// With the points' rows of a candidate; the others are not yet known.
+    pub(crate) fn new(candidate: &Candidate) -> Self {
         let rows =
             |of: [[f32; 4]; 3]| of.map(|[r1, r2, r3, r4]| [r1, r2, r3, r4, 0.0, 0.0, 0.0, 0.0]);
-        let Touch { lines, block, lane, n, alpha, beta, a, b, .. } = *touch;
+        let Candidate { lines, block, lane, n, alpha, beta, a, b, .. } = *candidate;
         Self { lines, block, lane, n, alpha, beta, a: rows(a), b: rows(b), ..Self::default() }
     }
 
@@ -151,44 +151,50 @@ impl Response {
         }
     }
 
-    /// A blow that begins: the speeds that the bodies have, and no impulse.
+    /// A reaction that begins: the speeds that the bodies have, and no impulse.
     #[inline(always)]
-    pub(crate) fn blow<S: Simd>(&self, simd: S, source: &Source<'_>) -> Blow<S> {
+    pub(crate) fn reaction<S: Simd>(&self, simd: S, source: &Source<'_>) -> Reaction<S> {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let slip = three(b.v) * self.beta - three(a.v) * self.alpha;
         let (u, u1, u2) = (self.n.dot(slip), self.t[0].dot(slip), self.t[1].dot(slip));
         let straight = load(simd, &[u, u, u, u, u1, u2, 0.0, 0.0]);
         let (turn_a, turn_b) = (along(simd, &self.a, three(a.w)), along(simd, &self.b, three(b.w)));
         let speeds = straight + turn_b - turn_a + load(simd, &self.drift);
-        Blow { speeds, impulse: [0.0; LANES] }
+        Reaction { speeds, impulse: [0.0; LANES] }
     }
 
-    /// An impulse along a row, in the blow alone.
+    /// An impulse along a row, in the reaction alone.
     #[inline(always)]
-    fn act<S: Simd>(&self, simd: S, blow: &mut Blow<S>, row: usize, d: f32) {
-        blow.impulse[row] += d;
-        blow.speeds += load(simd, &self.answer[row]) * splat(simd, d);
+    fn act<S: Simd>(&self, simd: S, reaction: &mut Reaction<S>, row: usize, d: f32) {
+        reaction.impulse[row] += d;
+        reaction.speeds += load(simd, &self.answer[row]) * splat(simd, d);
     }
 
     /// An impulse `d` along the normal at point `j`; gives its work [J].
     #[inline(always)]
-    pub(crate) fn push<S: Simd>(&mut self, simd: S, blow: &mut Blow<S>, j: usize, d: f32) -> f32 {
-        let before = blow.speeds()[j];
+    pub(crate) fn push<S: Simd>(
+        &mut self,
+        simd: S,
+        reaction: &mut Reaction<S>,
+        j: usize,
+        d: f32,
+    ) -> f32 {
+        let before = reaction.speeds()[j];
         self.given[j] += d;
-        self.act(simd, blow, j, d);
-        0.5 * d * (before + blow.speeds()[j])
+        self.act(simd, reaction, j, d);
+        0.5 * d * (before + reaction.speeds()[j])
     }
 
     /// Friction and twist in one limit, as in the sweep: that of the whole impulse of the bounce; gives their
     /// work [J].
     #[inline(always)]
-    pub(crate) fn rub<S: Simd>(&mut self, simd: S, blow: &mut Blow<S>) -> f32 {
+    pub(crate) fn rub<S: Simd>(&mut self, simd: S, reaction: &mut Reaction<S>) -> f32 {
         let [g1, g2, g3, g4] = self.given;
         let limit = self.mu * (g1 + g2 + g3 + g4);
         if limit <= 0.0 {
             return 0.0;
         }
-        let [.., s1, s2, s3, _] = blow.speeds();
+        let [.., s1, s2, s3, _] = reaction.speeds();
         let ([m11, m12, m22, m13, m23, m33], [f1, f2, f3]) = (self.mass_t, self.rubbed);
         let mut g1 = f1 - (m11 * s1 + m12 * s2 + m13 * s3);
         let mut g2 = f2 - (m12 * s1 + m22 * s2 + m23 * s3);
@@ -205,16 +211,21 @@ impl Response {
         self.rubbed = [g1, g2, g3];
         let d = [g1 - f1, g2 - f2, g3 - f3];
         for (i, d) in d.into_iter().enumerate() {
-            self.act(simd, blow, FRICTION + i, d);
+            self.act(simd, reaction, FRICTION + i, d);
         }
-        let [.., r1, r2, r3, _] = blow.speeds();
+        let [.., r1, r2, r3, _] = reaction.speeds();
         0.5 * (d[0] * (s1 + r1) + d[1] * (s2 + r2) + d[2] * (s3 + r3))
     }
 
-    /// Gives the impulses of a blow to the bodies. No later substep repeats them.
+    /// Gives the impulses of a reaction to the bodies. No later substep repeats them.
     #[inline(always)]
-    pub(crate) fn deliver<S: Simd>(&mut self, simd: S, blow: &Blow<S>, source: &Source<'_>) {
-        let d = &blow.impulse;
+    pub(crate) fn deliver<S: Simd>(
+        &mut self,
+        simd: S,
+        reaction: &Reaction<S>,
+        source: &Source<'_>,
+    ) {
+        let d = &reaction.impulse;
         if d.iter().all(|d| *d == 0.0) {
             return;
         }

@@ -18,7 +18,7 @@ use super::root::{Root, RootRows};
 use super::sweep::{JointSweep, Turn, bend};
 use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
-use crate::step::solver_body::{Line, Velocity, store_velocity};
+use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 
 /// The block that comes next.
 #[derive(Clone, Copy)]
@@ -56,7 +56,7 @@ fn read<S: Simd, R: Root<S>>(
     simd: S,
     (block, rest): (&JointBlock, &JointRest),
     fixed: bool,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
@@ -130,7 +130,7 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     (block, rest): (&mut JointBlock, &JointRest),
     next: Ahead<'_>,
     fixed: bool,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
     next.ask::<S, R>(0);
@@ -178,7 +178,7 @@ pub(crate) fn solve_distance<S: Simd>(
     (block, rest): (&mut JointBlock, &mut JointRest),
     next: Ahead<'_>,
     fixed: bool,
-    lines: &Rows<'_, Line>,
+    lines: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
     next.ask::<S, Sym3w<S>>(0);

@@ -16,7 +16,7 @@ use crate::state::coupling::{Coupling, CouplingDef, coordinate};
 use crate::state::def::Pulley;
 use crate::state::joints::{Joint, Link};
 use crate::step::solver::vec6;
-use crate::step::solver_body::Line;
+use crate::step::solver_body::SolverBody;
 
 /// What a row is of one body: v̂ and ŵ.
 #[derive(Clone, Copy, Debug, Default)]
@@ -199,7 +199,7 @@ impl Source {
 }
 
 impl CouplingRow {
-    pub(crate) fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Now {
+    pub(crate) fn now(&self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) -> Now {
         let back = if sweep.is_relax { sweep.back } else { 0.0 };
         let motion = |line: usize| {
             let line = lines.read(line);
@@ -208,7 +208,7 @@ impl CouplingRow {
         self.source.now(self.c, motion, sweep.elapsed)
     }
 
-    pub(crate) fn solve(&mut self, lines: &Rows<'_, Line>, sweep: &JointSweep) {
+    pub(crate) fn solve(&mut self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) {
         let now = self.now(lines, sweep);
         let old = self.impulse;
         if !sweep.is_relax {
@@ -254,7 +254,7 @@ impl CouplingRow {
 }
 
 /// Adds to a line's velocity; line 0 is everyone's, and is never written.
-pub(crate) fn push(lines: &Rows<'_, Line>, line: usize, v: Vec3, w: Vec3) {
+pub(crate) fn push(lines: &Rows<'_, SolverBody>, line: usize, v: Vec3, w: Vec3) {
     if line == 0 {
         return;
     }
@@ -272,7 +272,7 @@ impl CouplingRow {
     }
 
     /// The impulse of this sweep, the speed at which it closed, and what kinematic bodies do to C.
-    pub(crate) fn pushed(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> [f32; 3] {
+    pub(crate) fn pushed(&self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) -> [f32; 3] {
         let now = self.now(lines, sweep);
         let speed = sweep.softness.rate * now.c;
         let closed = sweep.caps.closing_row(speed, now.c, self.source.is_turn());

@@ -7,7 +7,7 @@ use crate::base::wide::{LANES, Vec3w, Wide, min, splat};
 use crate::step::caps::Caps;
 use crate::step::context::StepContext;
 use crate::step::softness::Softness;
-use crate::step::solver_body::{Line, Velocity, load_motion, load_velocity};
+use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity};
 
 /// A rotation by a vector of up to 2.8 rad.
 #[derive(Clone, Copy)]
@@ -83,7 +83,7 @@ impl JointSweep {
     pub(crate) fn read<S: Simd>(
         &self,
         simd: S,
-        lines: &Rows<'_, Line>,
+        lines: &Rows<'_, SolverBody>,
         rows: &[u32; LANES],
     ) -> (Velocity<S>, Velocity<S>) {
         let v = load_velocity(simd, lines, rows);

@@ -30,7 +30,7 @@ pub(crate) const SIX_DIRECT: u8 = 4;
 pub(crate) const SIX_HOLDS: [u8; 2] = [16, 32];
 
 /// Bit of those that lock all motions.
-pub(crate) const SIX_PINNED: u8 = 64;
+pub(crate) const SIX_ANCHORED: u8 = 64;
 
 /// The class of a joint: what kernel solves it, and what of it there is to solve.
 pub(crate) fn class_of(joint: &Joint) -> u8 {
@@ -42,7 +42,7 @@ pub(crate) fn class_of(joint: &Joint) -> u8 {
         Link::Six(six) => {
             let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
             let parts = six.def.parts();
-            let pinned = if parts.holds_all_motions { SIX_PINNED } else { 0 };
+            let pinned = if parts.holds_all_motions { SIX_ANCHORED } else { 0 };
             SIX | direct | pinned | chosen(SIX_ACTS, parts.acts) | chosen(SIX_HOLDS, parts.holds)
         }
     }

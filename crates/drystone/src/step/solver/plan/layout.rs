@@ -129,7 +129,7 @@ const fn class_in(key: u64) -> u8 {
 }
 
 /// So many constraints are asked for ahead, while the keys of those before are made: each is a cache line elsewhere.
-const AHEAD: usize = 8;
+const PREFETCH: usize = 8;
 
 /// Sorts all colors of a kind of constraint, side by side.
 #[derive(Clone, Debug, Default)]
@@ -169,7 +169,7 @@ impl Sorter {
             let members = &mut colors.row(index).members;
             keys.clear();
             for (k, row) in members.iter().enumerate() {
-                if let Some(soon) = members.get(k + AHEAD) {
+                if let Some(soon) = members.get(k + PREFETCH) {
                     ask(*soon);
                 }
                 keys.extend(key_of(*row).map(|key| (key, *row)));

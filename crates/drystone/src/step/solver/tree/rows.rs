@@ -53,7 +53,7 @@ impl SixRow {
 
 /// What the tree's joints have in common in one sweep: see [`JointSweep`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sweep {
+pub(crate) struct TreeSweep {
     pub(crate) h: f64,
     pub(crate) rate: f64,
     pub(crate) compliance: f64,
@@ -63,7 +63,7 @@ pub(crate) struct Sweep {
     pub(crate) joints: JointSweep,
 }
 
-impl Sweep {
+impl TreeSweep {
     /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones of an axis by
     /// what is [`beyond`](crate::step::caps::Caps::beyond) it.
     pub(crate) fn closing_rate(&self, size: f64, fastest: f64, axis: usize) -> f64 {

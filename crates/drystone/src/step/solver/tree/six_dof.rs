@@ -8,12 +8,12 @@
 
 use fearless_simd::{SimdBase, dispatch};
 
-use super::rows::{Sweep, TreeBody, TreeRow};
+use super::rows::{TreeBody, TreeRow, TreeSweep};
 use crate::base::double::{DVec3, greater};
 use crate::base::wide::{LANES, Lanes, put, splat};
 use crate::state::bodies::NONE;
 use crate::step::solver::joint::six_dof::block::SixBlock;
-use crate::step::solver::joint::six_dof::placed::{Felt, act};
+use crate::step::solver::joint::six_dof::placed::{AxisState, act};
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::forest::{Tree, TreeJoint};
 use crate::step::solver::vec6::{Six, curve, dot, halves, mul, shift};
@@ -172,7 +172,7 @@ impl Solver<'_> {
     /// Solves drives and limits one after the other, in rounds, each as if the whole tree held exactly: its
     /// inverse mass is what the tree answers to an impulse of its own, and the others feel it by their answers
     /// to that. What they gave together then goes through the tree once.
-    pub(crate) fn solve_scalars(&self, tree: &Tree, sweep: &Sweep) {
+    pub(crate) fn solve_scalars(&self, tree: &Tree, sweep: &TreeSweep) {
         let n = tree.scalars;
         if n == 0 {
             return;
@@ -222,7 +222,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Answers of drives and limits to each other. Those of the step's start serve
+    /// Responses of drives and limits to each other. Those of the step's start serve
     /// the whole step: what is given in a sweep beyond what was given in the last is little, and goes through
     /// the tree as it is then.
     fn find_gains(&self, tree: &Tree) {
@@ -252,7 +252,7 @@ impl Solver<'_> {
     }
 
     /// Solves each drive and limit once; returns the greatest change of its speed.
-    fn round(&self, tree: &Tree, gains: &[f64], sweep: &Sweep) -> f64 {
+    fn round(&self, tree: &Tree, gains: &[f64], sweep: &TreeSweep) -> f64 {
         let n = tree.scalars;
         let (mut of, mut greatest) = (0, 0.0);
         for (i, joint) in self.tree_joints(tree) {
@@ -286,7 +286,7 @@ impl Solver<'_> {
         row: &mut TreeRow,
         k: usize,
         give: f64,
-        sweep: &Sweep,
+        sweep: &TreeSweep,
     ) -> f64 {
         // What is left of a turn that the tree allows not at all is rounding.
         let own = dot(&row.child[k], &row.child[k]) + dot(&row.parent[k], &row.parent[k]);
@@ -297,7 +297,7 @@ impl Solver<'_> {
         let (block, lane) = self.six_of(joint);
         let new = dispatch!(self.ctx.level, simd => {
             let [k, x, v, start] = felt;
-            let felt = Felt {
+            let felt = AxisState {
                 k: splat(simd, k),
                 x: splat(simd, x),
                 v: splat(simd, v),
@@ -322,7 +322,7 @@ impl Solver<'_> {
         &self,
         joint: &TreeJoint,
         row: &mut TreeRow,
-        sweep: Option<&Sweep>,
+        sweep: Option<&TreeSweep>,
         compliance: f64,
     ) {
         let world = TreeBody::default();

@@ -21,7 +21,7 @@
 //! Double precision: what cancels in a chain are masses a thousand and more apart.
 //! See docs/decisions/017-direct-joint-trees.md.
 
-use super::rows::{Sweep, TreeBody, TreeRow, put_ball};
+use super::rows::{TreeBody, TreeRow, TreeSweep, put_ball};
 use crate::base::double::DVec3;
 use crate::base::jobs::{Jobs, for_ranges};
 use crate::base::math::Vec3;
@@ -171,7 +171,7 @@ impl Solver<'_> {
         let soft = self.ctx.soft_tree;
         // Without bias, what is left of the compliance is for joints that contradict each other.
         let (rate, part) = if joints.is_relax { (0.0, RELAX) } else { (soft.rate, 1.0) };
-        let sweep = Sweep {
+        let sweep = TreeSweep {
             h: f64::from(self.ctx.h),
             rate: f64::from(rate),
             compliance: part * f64::from(soft.compliance),
@@ -190,7 +190,7 @@ impl Solver<'_> {
         });
     }
 
-    fn sweep_tree(&self, tree: &Tree, sweep: &Sweep) {
+    fn sweep_tree(&self, tree: &Tree, sweep: &TreeSweep) {
         let mut mass = 0.0;
         for i in tree.bodies.clone() {
             let body = self.tree_bodies.row(i);
@@ -329,7 +329,7 @@ impl Solver<'_> {
     }
 
     /// A joint's rows, matrix and right side, and how it stiffens its bodies.
-    fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &Sweep, compliance: f64) {
+    fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &TreeSweep, compliance: f64) {
         let child = self.tree_bodies.row(joint.child as usize);
         let (x, t) = halves(&child.motion);
         let moved = shift(mul(&child.s, t), row.r_child);

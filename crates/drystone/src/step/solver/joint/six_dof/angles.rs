@@ -9,7 +9,7 @@ use crate::base::wide_quat::{Quatw, atan2};
 use crate::state::six::{LEAST_TWIST, NO_SWING, SixLaws};
 
 /// Axes of the turns, the angles, and the direction of the swing.
-pub(crate) struct Turns<S: Simd> {
+pub(crate) struct Angles<S: Simd> {
     pub(crate) rows: [Vec3w<S>; 3],
     pub(crate) angles: [Wide<S>; 3],
     pub(crate) swing: [Wide<S>; 2],
@@ -45,7 +45,7 @@ fn put_row<S: Simd>(
     Vec3w::select(mask, Vec3w::select(above(mark, splat(simd, 0.5)), new, old), old)
 }
 
-impl<S: Simd> Turns<S> {
+impl<S: Simd> Angles<S> {
     /// With the frames of A and B turned so. `turnings` says which kinds of joints there are among them, `last` are the angles
     /// before.
     #[inline(always)]
@@ -184,7 +184,7 @@ impl<S: Simd> Turns<S> {
 mod tests {
     use fearless_simd::{SimdBase, dispatch};
 
-    use super::{LANES, Quatw, SixLaws, Turns, Wide};
+    use super::{Angles, LANES, Quatw, SixLaws, Wide};
     use crate::base::math::vec3;
     use crate::base::quat::Quat;
     use crate::base::random::Random;
@@ -236,7 +236,7 @@ mod tests {
                 dispatch!(level, simd => {
                     let frames = [&frames, &others]
                         .map(|of| Quatw::of_rows(simd, &of.map(|q| q.to_array())));
-                    let turns = Turns::new(
+                    let turns = Angles::new(
                         simd,
                         &laws.each_ref(),
                         turnings,

@@ -74,7 +74,7 @@ pub(crate) struct SixBlock {
     /// A tree solves all there is: see tree_six.rs.
     pub(crate) is_direct: bool,
     /// All motions are locked, and what is to be of the gap is none: see pinned.rs.
-    pub(crate) is_pinned: bool,
+    pub(crate) is_anchored: bool,
     pub(crate) axes: [Axis; 6],
 }
 

@@ -16,14 +16,14 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::block::SixBlock;
-use super::kernel_pinned;
-use super::locked_axes::{Held, Pair, Row};
-use super::placed::{Felt, Given, Placed, act};
+use super::kernel_anchored;
+use super::locked_axes::{LockedAxes, Pair, Row};
+use super::placed::{AxisState, LockedImpulses, Placed, act};
 use crate::base::disjoint::Rows;
 use crate::base::wide::{Vec3w, Wide, above, load, max, select, splat};
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::joint::sweep::{JointSweep, bend};
-use crate::step::solver_body::{Line, Velocity, store_velocity};
+use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 
 /// The joints of a block as they are in this sweep.
 struct State<S: Simd> {
@@ -87,13 +87,13 @@ fn state_of<S: Simd>(simd: S, block: &SixBlock, at: &Placed<S>, sweep: &JointSwe
 pub(crate) fn solve<S: Simd>(
     simd: S,
     block: &mut SixBlock,
-    (lines, aux): (&Rows<'_, Line>, &Rows<'_, Aux>),
+    (lines, aux): (&Rows<'_, SolverBody>, &Rows<'_, Aux>),
     sweep: &JointSweep,
 ) {
     let at = Placed::read(simd, block, (lines, aux), sweep);
-    let given = match (block.is_pinned, block.holds[1]) {
-        (true, true) => kernel_pinned::solve::<S, true>(simd, block, &at, sweep),
-        (true, false) => kernel_pinned::solve::<S, false>(simd, block, &at, sweep),
+    let given = match (block.is_anchored, block.holds[1]) {
+        (true, true) => kernel_anchored::solve::<S, true>(simd, block, &at, sweep),
+        (true, false) => kernel_anchored::solve::<S, false>(simd, block, &at, sweep),
         (false, true) => solve_loose::<S, true>(simd, block, &at, sweep),
         (false, false) => solve_loose::<S, false>(simd, block, &at, sweep),
     };
@@ -132,7 +132,7 @@ fn solve_loose<S: Simd, const TURNS: bool>(
     block: &mut SixBlock,
     at: &Placed<S>,
     sweep: &JointSweep,
-) -> Given<S> {
+) -> LockedImpulses<S> {
     let mut state = state_of(simd, block, at, sweep);
     // The warm start, each impulse along its axis.
     let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
@@ -152,7 +152,7 @@ fn solve_loose<S: Simd, const TURNS: bool>(
         q.vb.w = q.vb.w + q.sb.mul(more_b);
     }
     solve_axes::<S, TURNS>(simd, block, (&mut state, [&at.start_a, &at.start_b]), sweep);
-    Given { old: [p, t], new: [state.pair.force, state.pair.torque] }
+    LockedImpulses { old: [p, t], new: [state.pair.force, state.pair.torque] }
 }
 
 /// A velocity without what is so small that it never shows. Where all axes hold, by friction for one, every visit
@@ -195,7 +195,8 @@ fn solve_axes<S: Simd, const TURNS: bool>(
     let zero = splat(simd, 0.0);
     let linear = state.pair.alpha * state.pair.alpha + state.pair.beta * state.pair.beta;
     let locked = state.locked;
-    let mut held = Held::<S, TURNS>::of(simd, &state.along, &state.about, &locked, block.holds[0]);
+    let mut held =
+        LockedAxes::<S, TURNS>::of(simd, &state.along, &state.about, &locked, block.holds[0]);
     held.invert(simd, &locked, linear);
     // Of each drive and limit its inverse mass, and how the locked axes answer it.
     let none = Vec3w::zero(simd);
@@ -232,7 +233,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let q = &mut state.pair;
         let speed = |of| if i < 3 { q.speed_along(&row, of) } else { q.speed_about(&row, of) };
         let (v, start) = (speed([&q.va, &q.vb]), speed(start));
-        let felt = Felt { k: give[i], x: state.x[i], v, start };
+        let felt = AxisState { k: give[i], x: state.x[i], v, start };
         let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
         let old = [drive, friction, load(simd, &block.limit[i])];
         let new = act(simd, block, i, old, felt, sweep);

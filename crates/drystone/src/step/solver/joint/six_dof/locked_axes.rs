@@ -159,7 +159,7 @@ pub(crate) fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
 }
 
 /// The locked axes of a joint together. Where no joint of the block locks a motion, or a turn (`TURNS`), its part is left out.
-pub(crate) struct Held<S: Simd, const TURNS: bool> {
+pub(crate) struct LockedAxes<S: Simd, const TURNS: bool> {
     /// Whether some motion is locked.
     motions: bool,
     /// What stands for a part that is left out.
@@ -173,7 +173,7 @@ pub(crate) struct Held<S: Simd, const TURNS: bool> {
     a: Sym3w<S>,
 }
 
-impl<S: Simd, const TURNS: bool> Held<S, TURNS> {
+impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
     /// The rows alone.
     #[inline(always)]
     pub(crate) fn of(
@@ -291,7 +291,7 @@ impl<S: Simd, const TURNS: bool> Held<S, TURNS> {
 
     /// Solves the locked axes. Their softness is that against loads: `loads` is what they carry but for
     /// their answers to drives and limits. (Those make torques that a small inertia would give way to by a
-    /// tenth of a spring's stroke.)
+    /// tenth of a spring's step.)
     #[inline(always)]
     pub(crate) fn solve(
         &self,

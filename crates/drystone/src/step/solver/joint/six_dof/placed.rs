@@ -12,11 +12,11 @@ use crate::base::wide::{
 use crate::step::solver::body::integrate::load_start;
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::joint::sweep::{JointSweep, Turn};
-use crate::step::solver_body::{Line, Velocity};
+use crate::step::solver_body::{SolverBody, Velocity};
 
 /// What drive, friction and limit feel: inverse mass, coordinate, speed, and the speed when the substep began.
 #[derive(Clone, Copy)]
-pub(crate) struct Felt<S: Simd> {
+pub(crate) struct AxisState<S: Simd> {
     pub(crate) k: Wide<S>,
     pub(crate) x: Wide<S>,
     pub(crate) v: Wide<S>,
@@ -31,7 +31,7 @@ pub(crate) fn act<S: Simd>(
     block: &SixBlock,
     axis: usize,
     [old, old_friction, old_limit]: [Wide<S>; 3],
-    felt: Felt<S>,
+    felt: AxisState<S>,
     sweep: &JointSweep,
 ) -> [Wide<S>; 3] {
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
@@ -39,7 +39,7 @@ pub(crate) fn act<S: Simd>(
     let is_locked = above(load(simd, &block.locked[axis]), zero);
     let most_back = splat(simd, sweep.caps.push(axis));
     let axis = &block.axes[axis];
-    let Felt { k, x, v, start } = felt;
+    let AxisState { k, x, v, start } = felt;
     // What forces, contacts and other joints give in the substep: all but the impulse itself.
     let gained = |v: Wide<S>, own: Wide<S>| v - k * own - start;
     let inverse = inverse_or_zero(simd, k);
@@ -117,7 +117,7 @@ impl<S: Simd> Placed<S> {
     pub(crate) fn read(
         simd: S,
         block: &SixBlock,
-        (lines, aux): (&Rows<'_, Line>, &Rows<'_, Aux>),
+        (lines, aux): (&Rows<'_, SolverBody>, &Rows<'_, Aux>),
         sweep: &JointSweep,
     ) -> Self {
         let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
@@ -189,7 +189,7 @@ impl<S: Simd> Placed<S> {
 
 /// The warm start of a block in the rows of now, and what a sweep gave beside it: linear impulses, and those about
 /// anchor B.
-pub(crate) struct Given<S: Simd> {
+pub(crate) struct LockedImpulses<S: Simd> {
     pub(crate) old: [Vec3w<S>; 2],
     pub(crate) new: [Vec3w<S>; 2],
 }

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
-use super::angles::Turns;
+use super::angles::Angles;
 use super::block::SixBlock;
 use super::kernel;
 use crate::base::jobs::{Jobs, for_shares};
@@ -17,7 +17,7 @@ use crate::step::solver::joint::prepare::Raw;
 use crate::step::solver::joint::sweep::JointSweep;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
-use crate::step::solver::plan::joint_class::{SIX_ACTS, SIX_DIRECT, SIX_HOLDS, SIX_PINNED};
+use crate::step::solver::plan::joint_class::{SIX_ACTS, SIX_ANCHORED, SIX_DIRECT, SIX_HOLDS};
 use crate::step::solver_body::{
     Velocity, Whitening, four, load_velocity, read_lanes, store_velocity,
 };
@@ -88,7 +88,7 @@ impl Solver<'_> {
         block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
         block.acts = SIX_ACTS.map(|bit| class & bit != 0);
         block.is_direct = class & SIX_DIRECT != 0;
-        block.is_pinned = class & SIX_PINNED != 0;
+        block.is_anchored = class & SIX_ANCHORED != 0;
         let joints = self.read_sixdofs(owners, block);
         let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_a));
         let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
@@ -273,7 +273,7 @@ impl Gathered<'_> {
         let axes = frame_a.axes(simd);
         let last = [columns[18], columns[19], columns[20]];
         let turns =
-            Turns::new(simd, &self.laws, self.flags.turnings, [frame_a, frame_b], axes, last);
+            Angles::new(simd, &self.laws, self.flags.turnings, [frame_a, frame_b], axes, last);
         let [c, s] = turns.swing;
         for i in [4, 10] {
             let (y, z) = (columns[i], columns[i + 1]);
@@ -284,7 +284,7 @@ impl Gathered<'_> {
         let mut given = [splat(simd, 0.0); 6];
         for i in 0..6 {
             let [locked, mut place, carries, friction] = self.law(simd, i, 0);
-            if block.is_pinned && i < 3 {
+            if block.is_anchored && i < 3 {
                 // As in the kernel: the force stays as it is in the world, and anchor A stands where B's is to be.
                 columns[i] = axes[i].dot(force);
                 let way = axes[i] * place;

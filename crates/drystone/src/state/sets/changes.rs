@@ -13,7 +13,7 @@ use crate::state::def::BodyKind;
 use crate::state::islands::Islands;
 
 /// So many ahead, what is written of a contact or a body is asked for.
-const AHEAD: usize = 6;
+const PREFETCH: usize = 6;
 
 /// What becomes of a contact in the colors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +119,7 @@ impl Turn {
 
 /// What some contacts do, in order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Turns {
+pub(crate) struct SetChanges {
     list: Vec<Turn>,
     /// How many more contacts in the colors are special.
     special: isize,
@@ -129,7 +129,7 @@ pub(crate) struct Turns {
     pub(crate) gone: Vec<Leaver>,
 }
 
-impl Turns {
+impl SetChanges {
     pub(crate) fn clear(&mut self) {
         self.list.clear();
         (self.special, self.recolors) = (0, false);
@@ -168,25 +168,25 @@ impl Sets<'_> {
     /// Carries out what was told of contacts. `gone` is memory.
     pub(crate) fn carry_out<'t>(
         &mut self,
-        told: impl Iterator<Item = &'t Turns> + Clone + Sync,
+        effects: impl Iterator<Item = &'t SetChanges> + Clone + Sync,
         gone: &mut Vec<Leaver>,
         jobs: &Jobs<'_>,
     ) {
         let Self { bodies, contacts, islands, colors, .. } = self;
         // SAFETY: a contact is in one coloring, which one of the tasks below has.
         let slots = contacts.slots_mut(unsafe { Apart::promise() });
-        let all = || told.clone().flat_map(|turns| &turns.list);
+        let all = || effects.clone().flat_map(|turns| &turns.list);
         let Colors { contacts: of_two, contacts_fixed: of_one, .. } = &mut **colors;
         let mut ties = || tie_all(all(), islands, bodies);
         let mut twos = || color_all(all().filter(|turn| turn.dynamic == 2), of_two, slots);
         let mut ones = || color_all(all().filter(|turn| turn.dynamic == 1), of_one, slots);
         side_by_side(jobs, &mut [&mut ties, &mut twos, &mut ones], 0, |_| {});
-        for turns in told.clone() {
+        for turns in effects.clone() {
             colors.special = colors.special.wrapping_add_signed(turns.special);
             colors.levels_dirty |= turns.recolors;
         }
         gone.clear();
-        gone.extend(told.flat_map(|turns| &turns.gone));
+        gone.extend(effects.flat_map(|turns| &turns.gone));
         contacts.leave(gone, bodies, jobs);
     }
 
@@ -214,7 +214,7 @@ fn color_all<'t>(
     coloring: &mut Coloring,
     slots: Slots<'_>,
 ) {
-    let mut soon = turns.clone().skip(AHEAD);
+    let mut soon = turns.clone().skip(PREFETCH);
     for turn in turns {
         if let Some(soon) = soon.next() {
             slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
@@ -230,7 +230,7 @@ fn tie_all<'t>(
 ) {
     const COUNTS: usize = core::mem::offset_of!(Body, constraints) / 64;
     const STILL: usize = core::mem::offset_of!(Body, still_time) / 64;
-    let mut soon = turns.clone().skip(AHEAD);
+    let mut soon = turns.clone().skip(PREFETCH);
     for turn in turns {
         if let Some(soon) = soon.next() {
             for body in soon.bodies {

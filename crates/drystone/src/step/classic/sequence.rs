@@ -4,13 +4,13 @@ use super::rows::Pair;
 
 /// The pairs in the order of a sweep, and where levels end in it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Turns {
+pub(crate) struct Sequence {
     pub(crate) pairs: Vec<u32>,
     /// End of each level in `pairs`.
     pub(crate) ends: Vec<usize>,
 }
 
-impl Turns {
+impl Sequence {
     /// Finds the ends of levels anew.
     pub(crate) fn end_levels(&mut self, pairs: &[Pair]) {
         let level = |i: usize| self.pairs.get(i).map(|p| pairs[*p as usize].level);

@@ -11,13 +11,13 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::block::SixBlock;
 use super::locked_axes::{Row, couplings, inverse, less, matrix};
-use super::placed::{Felt, Given, Placed, act};
+use super::placed::{AxisState, LockedImpulses, Placed, act};
 use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat};
 use crate::step::solver::joint::root::axes;
 use crate::step::solver::joint::sweep::{JointSweep, bend};
 
 /// How two anchors and three turns answer impulses.
-struct Answers<S: Simd> {
+struct Responses<S: Simd> {
     /// L⁻¹.
     l: Sym3w<S>,
     /// Columns of C, and of L⁻¹ C.
@@ -60,7 +60,7 @@ fn closing<S: Simd>(open: Wide<S>, rate: Wide<S>, most: Wide<S>) -> Wide<S> {
     max(min(rate * open, most), -most)
 }
 
-impl<S: Simd> Answers<S> {
+impl<S: Simd> Responses<S> {
     #[inline(always)]
     fn new<const TURNS: bool>(
         simd: S,
@@ -134,7 +134,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     block: &mut SixBlock,
     at: &Placed<S>,
     sweep: &JointSweep,
-) -> Given<S> {
+) -> LockedImpulses<S> {
     let zero = splat(simd, 0.0);
     let softness = &sweep.softness;
     let (mass, rate) = (splat(simd, softness.mass), splat(simd, softness.rate));
@@ -144,7 +144,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     let (about, x) = ([n0, n1, n2], [x0, x1, x2]);
     let [_, _, _, k0, k1, k2] = &block.locked;
     let locked = [load(simd, k0), load(simd, k1), load(simd, k2)];
-    let answers = Answers::new::<TURNS>(simd, at, &about, &locked);
+    let answers = Responses::new::<TURNS>(simd, at, &about, &locked);
 
     // The warm start: what turned with the rows comes anew.
     let p = Vec3w::load(simd, &block.carried);
@@ -231,7 +231,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
         // What is left of a turn that the locked axes allow not at all is rounding.
         let least = own[i] * splat(simd, 1.0e-5);
         let k = select(above(e[i], least), e[i], zero);
-        let felt = Felt { k, x: x[i], v: y[i], start: about[i].n.dot(start) };
+        let felt = AxisState { k, x: x[i], v: y[i], start: about[i].n.dot(start) };
         let old = [
             load(simd, &block.held[i + 3]),
             load(simd, &block.friction[i + 3]),
@@ -260,5 +260,5 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     }
     let [m0, m1, m2] = more;
     let torque = about[0].n * m0 + about[1].n * m1 + about[2].n * m2;
-    Given { old: [p, t], new: [force, torque] }
+    LockedImpulses { old: [p, t], new: [force, torque] }
 }
