@@ -118,6 +118,7 @@ impl Bake {
                 bake::write_scene(&self.path, scene, &pieces, &motion)
             }
             Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &motion),
+            Loaded::Obj(loaded) => bake::write_objects(&self.path, loaded, &motion),
         }
         .map_err(Failure::failed)?;
         output::warn_of(ending, &self.path);

@@ -37,10 +37,13 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
         || !settings.set.is_empty()
         || args.reading.auto_colliders.is_some();
     let visuals = if is_own { visuals(&loaded, Path::new(scene), out) } else { None };
-    // The document of a glTF file goes over as it is.
-    let is_whole = !is_own && !is_told && matches!(loaded, Loaded::Gltf(_));
+    // The document of a glTF file goes over as it is, and so do the meshes of an .obj file.
+    let is_whole = !is_own && !is_told && matches!(loaded, Loaded::Gltf(_) | Loaded::Obj(_));
     let mut unsaid = match &loaded {
-        Loaded::Gltf(file) if !is_whole && visuals.is_none() => own::unsaid(file),
+        Loaded::Gltf(file) if !is_whole && visuals.is_none() => {
+            own::unsaid(&file.scene, file.animations())
+        }
+        Loaded::Obj(file) if !is_whole && visuals.is_none() => own::unsaid(&file.scene, 0),
         _ => Vec::new(),
     };
     if !is_own && !is_whole {
@@ -64,6 +67,9 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
         Loaded::Gltf(file) if is_whole => {
             bake::write(out, file, &bake::Motion::still(loaded.scene()))
         }
+        Loaded::Obj(file) if is_whole => {
+            bake::write_objects(out, file, &bake::Motion::still(loaded.scene()))
+        }
         _ => bake::save_scene(out, loaded.scene()),
     };
     output::warn_of(written.map_err(Failure::failed)?, out);
@@ -86,7 +92,9 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
 /// below it.
 fn visuals(loaded: &Loaded, file: &Path, out: &Path) -> Option<String> {
     let path = match loaded {
-        Loaded::Gltf(_) if !loaded.scene().visuals.is_empty() => file.canonicalize().ok()?,
+        Loaded::Gltf(_) | Loaded::Obj(_) if !loaded.scene().visuals.is_empty() => {
+            file.canonicalize().ok()?
+        }
         _ => return None,
     };
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());

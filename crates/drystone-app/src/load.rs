@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
+use drystone_scene::obj::{self, LoadedObj};
 use drystone_scene::own::{self, JsonKind};
-use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, rigid_ipc, urdf};
+use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, rigid_ipc, urdf};
 
 use crate::cli::{AutoColliders, Base, Settings, Source, has_extension};
 use crate::output::Failure;
@@ -26,8 +27,10 @@ pub(crate) enum Loaded {
     Read(Box<Scene>),
     /// From a file of the own format, which may name one that says what it looks like.
     Own(Box<Scene>, PathBuf),
-    /// From a file, which is kept for baking.
+    /// From a glTF file, which is kept for baking.
     Gltf(Box<LoadedGltf>),
+    /// From an `.obj` file, whose objects are kept for baking.
+    Obj(Box<LoadedObj>),
 }
 
 impl Loaded {
@@ -36,6 +39,7 @@ impl Loaded {
         match self {
             Self::BuiltIn(scene) | Self::Read(scene) | Self::Own(scene, _) => scene,
             Self::Gltf(loaded) => &loaded.scene,
+            Self::Obj(loaded) => &loaded.scene,
         }
     }
 
@@ -43,6 +47,7 @@ impl Loaded {
     pub(crate) fn read_visuals(&mut self) {
         match self {
             Self::Gltf(loaded) => loaded.read_visuals(),
+            Self::Obj(loaded) => loaded.read_visuals(),
             Self::Own(scene, path) => {
                 match own::load(path, &own::Options::with_visuals()) {
                     Ok(seen) => scene.visuals = seen.visuals,
@@ -59,6 +64,7 @@ impl Loaded {
         match self {
             Self::BuiltIn(scene) | Self::Read(scene) | Self::Own(scene, _) => scene,
             Self::Gltf(loaded) => &mut loaded.scene,
+            Self::Obj(loaded) => &mut loaded.scene,
         }
     }
 }
@@ -146,9 +152,12 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         }),
         gravity,
     };
-    let read = if has_extension(path, &["obj"]) { obj::load } else { gltf::load };
-    let loaded = read(path, &options).map_err(Failure::failed)?;
-    Ok(Loaded::Gltf(Box::new(loaded)))
+    let loaded = if has_extension(path, &["obj"]) {
+        obj::load(path, &options).map(|file| Loaded::Obj(Box::new(file)))
+    } else {
+        gltf::load(path, &options).map(|file| Loaded::Gltf(Box::new(file)))
+    };
+    loaded.map_err(Failure::failed)
 }
 
 fn not_a_robot() -> Failure {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use drystone::threads::Executor;
-use drystone_scene::gltf;
+use drystone_scene::{gltf, obj};
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
@@ -85,6 +85,9 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
             Loaded::Gltf(file) => {
                 Loaded::BuiltIn(Box::new(gltf::film(*file).map_err(Failure::failed)?))
             }
+            Loaded::Obj(file) => {
+                return Err(Failure::failed(obj::no_film(&file.scene.name)));
+            }
             Loaded::BuiltIn(_) | Loaded::Read(_) | Loaded::Own(..) => {
                 return Err(Failure::usage(format_args!(
                     "--film is for glTF files; {} is none",
@@ -100,7 +103,7 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     let name = match &loaded {
         // With its parameters.
         Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
-        Loaded::Read(_) | Loaded::Own(..) | Loaded::Gltf(_) => scene.name.clone(),
+        Loaded::Read(_) | Loaded::Own(..) | Loaded::Gltf(_) | Loaded::Obj(_) => scene.name.clone(),
     };
     let notes = scene.notes.clone();
     Ok(Opened { name, running, hz, notes })

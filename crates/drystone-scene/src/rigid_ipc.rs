@@ -12,10 +12,9 @@ use std::path::{Component, Path, PathBuf};
 use drystone::{AxisLocks, BodyDef, BodyKind, Filter, Material, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use crate::error::SceneError;
-use crate::file::{self, Kind};
-use crate::gltf::json::{self, At};
-use crate::gltf::mesh::Triangles;
-use crate::obj;
+use crate::read::json::{self, At};
+use crate::read::mesh::{NoSolid, Triangles};
+use crate::read::{UTF8, obj, stem, text};
 use crate::scene::{Load, Scene, Script};
 
 /// Part of its smaller side that a sheet which moves is thick.
@@ -32,10 +31,9 @@ const MOST_GROUPS: usize = 62;
 /// # Errors
 /// A line that names the file, the place in it, what is wrong and what is allowed.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    let text = text(path)?;
-    let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let text = text(path, UTF8)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    from_text(&text, &name, folder).map_err(|e| e.in_file(path))
+    from_text(&text, &stem(path), folder).map_err(|e| e.in_file(path))
 }
 
 /// Reads a scene called `name` from the text of a `.json` file that stands in `folder`.
@@ -85,11 +83,6 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     let moving = scene.bodies.iter().filter(|b| b.def.kind == BodyKind::Dynamic).count();
     scene.summary = format!("{moving} moving bodies of {}", scene.bodies.len());
     Ok(scene)
-}
-
-fn text(path: &Path) -> Result<String, SceneError> {
-    String::from_utf8(file::read(path, Kind::Text)?)
-        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "a file of UTF-8 text"))
 }
 
 /// The surface of all bodies.
@@ -275,7 +268,7 @@ impl Reader<'_> {
             at.error(format!("there is no file \"{file}\""), allowed)
         })?;
         let inner = |e: SceneError| at.error(format!("{file}: {} {}", e.place(), e.problem()), "");
-        let text = text(&path).map_err(inner)?;
+        let text = text(&path, UTF8).map_err(inner)?;
         let triangles = obj::surface(&text).map_err(inner)?;
         self.files.insert(file.to_owned(), triangles.clone());
         Ok(triangles)
@@ -366,11 +359,12 @@ fn collider(
     moves: bool,
     notes: &mut Vec<String>,
 ) -> Result<Vec<ShapeDef>, SceneError> {
+    let refused = |e: NoSolid| at.error(e.problem, e.allowed);
     if let Some(hull) = triangles.convex() {
         return Ok(vec![ShapeDef::new(hull)]);
     }
     if !moves {
-        return Ok(vec![ShapeDef::new(triangles.mesh(at)?)]);
+        return Ok(vec![ShapeDef::new(triangles.mesh().map_err(refused)?)]);
     }
     let (low, high) = bounds(&triangles.points);
     let size = (high - low).to_array();
@@ -386,7 +380,7 @@ fn collider(
         shape.validate().map_err(|e| at.error(e, "a sheet with an area"))?;
         return Ok(vec![ShapeDef::new(shape).with_position((low + high) * 0.5)]);
     }
-    let (shapes, note) = triangles.hulls(at)?;
+    let (shapes, note) = triangles.hulls().map_err(refused)?;
     notes.push(format!("{}: its mesh is {note}", at.place()));
     Ok(shapes.into_iter().map(ShapeDef::new).collect())
 }

@@ -790,8 +790,8 @@ fn an_obj_file_gives_a_body_for_each_object() {
     assert!(e.contains("--auto-colliders") && !e.contains("KHR"), "{e}");
     let motion = flight(&l.scene, 20);
     let out = folder.join("two.glb");
-    bake::write(&out, &l, &motion).unwrap();
-    assert_poses(&out, &l.node_of_body, &motion);
+    bake::write_objects(&out, &l, &motion).unwrap();
+    assert_poses(&out, &l.object_of_body, &motion);
 }
 
 #[test]

@@ -1,18 +1,16 @@
 //! A document for a scene that comes from no file: nodes, meshes, materials, physics.
 
 use drystone::contact::Combine;
-use drystone::{
-    BodyDef, BodyKind, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
-};
+use drystone::{BodyDef, BodyKind, Filter, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 use serde_json::{Value, json};
 
-use super::file::{bytes_of, push};
+use super::file::{bytes_of, list, place, push};
 use super::joints;
+use super::physics::{implicit, motion};
 use super::solids::{self, Surface};
-
-use crate::gltf::{
-    At, COMBINE, Document, GEOMETRIC_MEAN, LoadedGltf, STATIC_BODY, of_shapes, read_tree,
-};
+use crate::gltf::{COMBINE, Document, GEOMETRIC_MEAN, LoadedGltf, STATIC_BODY, read_tree};
+use crate::read::json::At;
+use crate::read::obj::Object;
 use crate::scene::{Scene, SceneBody, SceneJoint};
 
 /// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
@@ -79,11 +77,11 @@ pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<us
     build.filtered = shapes.any(|s| s.filter != Filter::default());
     let mut nodes: Vec<usize> = bodies().enumerate().map(|(i, b)| build.body(b, i)).collect();
     // Physics that is read back must not have them beside what they come from.
-    let physical = super::file::list(&mut build.json, "nodes").len();
+    let physical = list(&mut build.json, "nodes").len();
     for piece in pieces {
         nodes.push(build.body(piece, nodes.len()));
     }
-    for node in &mut super::file::list(&mut build.json, "nodes")[physical..] {
+    for node in &mut list(&mut build.json, "nodes")[physical..] {
         if let Some(node) = node.as_object_mut() {
             node.remove("extensions");
         }
@@ -106,7 +104,7 @@ pub(super) fn physics(scene: &Scene) -> Document {
         build.joint(joint, &nodes);
     }
     // A scale that is said is read without rounding; that of a turned node without one comes from its matrix.
-    for node in super::file::list(&mut build.json, "nodes") {
+    for node in list(&mut build.json, "nodes") {
         if node.get("rotation").is_some() {
             node["scale"] = json!([1.0, 1.0, 1.0]);
         }
@@ -162,7 +160,7 @@ pub(super) fn shown(loaded: &LoadedGltf) -> Document {
                 node["scale"] = json!(undo.to_array());
             }
             let child = push(&mut build.json, "nodes", node);
-            push(&mut super::file::list(&mut build.json, "nodes")[owner], "children", json!(child));
+            push(&mut list(&mut build.json, "nodes")[owner], "children", json!(child));
         }
     }
     let mut buffers = document.buffers.clone();
@@ -170,31 +168,20 @@ pub(super) fn shown(loaded: &LoadedGltf) -> Document {
     Document { json: build.json, buffers, folder: document.folder.clone(), ..Document::default() }
 }
 
-/// A mesh of a document without physics.
-#[derive(Clone, Debug)]
-pub(crate) struct MeshPart {
-    /// Name of its node, a JSON text; may be empty.
-    pub(crate) name: Value,
-    /// Its vertices [m].
-    pub(crate) points: Vec<Vec3>,
-    /// Its triangles.
-    pub(crate) triangles: Vec<[u32; 3]>,
-}
-
-/// A document with a node for each part and nothing else.
-pub(crate) fn document_of_meshes(name: &str, parts: &[MeshPart]) -> Document {
+/// A document with a node and a mesh for each object of an `.obj` file, and nothing else.
+pub(super) fn objects(name: &str, objects: &[Object]) -> Document {
     let mut build = Build::new(name);
     let mut nodes = Vec::new();
-    for (i, part) in parts.iter().enumerate() {
+    for (i, object) in objects.iter().enumerate() {
         let surface = Surface {
-            points: part.points.clone(),
+            points: object.surface.points.clone(),
             normals: Vec::new(),
-            triangles: part.triangles.clone(),
+            triangles: object.surface.triangles.clone(),
         };
         let mesh = build.mesh(&surface, MOVING + i % (COLORS.len() - MOVING));
         let mut node = json!({"mesh": mesh});
-        if part.name != "" {
-            node["name"] = part.name.clone();
+        if !object.name.is_empty() {
+            node["name"] = json!(object.name);
         }
         nodes.push(push(&mut build.json, "nodes", node));
     }
@@ -226,7 +213,7 @@ impl Build {
             joints: Vec::new(),
             filtered: false,
         };
-        build.first_color = super::file::list(&mut build.json, "materials").len();
+        build.first_color = list(&mut build.json, "materials").len();
         for (i, rgb) in COLORS.iter().enumerate() {
             let [r, g, b] = *rgb;
             let (alpha, mode) = if i == 2 { (0.3, "BLEND") } else { (1.0, "OPAQUE") };
@@ -301,7 +288,7 @@ impl Build {
         own["extensions"] = json!({PHYSICS: {"joint": said}});
         let own = push(&mut self.json, "nodes", own);
         for (body, end) in [(a, own), (b, other)] {
-            let node = &mut super::file::list(&mut self.json, "nodes")[body];
+            let node = &mut list(&mut self.json, "nodes")[body];
             push(node, "children", json!(end));
         }
     }
@@ -465,85 +452,4 @@ fn seat(shape: &ShapeDef) -> Pose {
         }
         _ => shape.pose,
     }
-}
-
-pub(super) fn place(node: &mut Value, pose: &Pose) {
-    if pose.position != Vec3::ZERO {
-        node["translation"] = json!(pose.position.to_array());
-    }
-    if pose.rotation != Quat::IDENTITY {
-        node["rotation"] = json!(pose.rotation.normalized().to_array());
-    }
-}
-
-/// The shape as `KHR_implicit_shapes` has it; None for hulls and meshes.
-fn implicit(shape: &Shape) -> Option<Value> {
-    let cylinder = |half: f32, bottom: f32, top: f32| {
-        let inner = json!({"height": 2.0 * half, "radiusBottom": bottom, "radiusTop": top});
-        json!({"type": "cylinder", "cylinder": inner})
-    };
-    Some(match shape {
-        Shape::Sphere { radius } => json!({"type": "sphere", "sphere": {"radius": radius}}),
-        Shape::Box { half_extents } => {
-            json!({"type": "box", "box": {"size": (*half_extents * 2.0).to_array()}})
-        }
-        Shape::Capsule { half_height, radius } if *half_height <= 0.0 => {
-            json!({"type": "sphere", "sphere": {"radius": radius}})
-        }
-        Shape::Capsule { half_height, radius } => {
-            let inner =
-                json!({"height": 2.0 * half_height, "radiusBottom": radius, "radiusTop": radius});
-            json!({"type": "capsule", "capsule": inner})
-        }
-        Shape::Cylinder { half_height, radius } => cylinder(*half_height, *radius, *radius),
-        Shape::Cone { half_height, radius_bottom, radius_top } => {
-            cylinder(*half_height, *radius_bottom, *radius_top)
-        }
-        Shape::HalfSpace { .. } => json!({"type": "plane", "plane": {}}),
-        _ => return None,
-    })
-}
-
-/// Motion properties of a body; velocities in the node's frame.
-fn motion(def: &BodyDef) -> Value {
-    let mut motion = json!({});
-    let pose = Pose::new(def.position, def.rotation);
-    let velocities =
-        [("linearVelocity", def.linear_velocity), ("angularVelocity", def.angular_velocity)];
-    for (key, v) in velocities {
-        if v != Vec3::ZERO {
-            motion[key] = json!(pose.local_direction(v).to_array());
-        }
-    }
-    if def.kind == BodyKind::Kinematic {
-        motion["isKinematic"] = json!(true);
-        return motion;
-    }
-    if (def.gravity_scale - 1.0).abs() > 0.0 {
-        motion["gravityFactor"] = json!(def.gravity_scale);
-    }
-    let exact = match def.mass {
-        MassDef::Mass(mass) => {
-            motion["mass"] = json!(mass);
-            return motion;
-        }
-        // What a reader assumes by itself needs no numbers.
-        MassDef::FromShapes
-            if def.shapes.iter().all(|s| s.sensor || (s.density - 1000.0).abs() <= 0.0) =>
-        {
-            return motion;
-        }
-        MassDef::FromShapes => {
-            let own = of_shapes(&def.shapes);
-            (own.mass, own.center, own.inertia)
-        }
-        MassDef::Exact { mass, center, inertia } => (mass, center, inertia),
-    };
-    let (mass, center, inertia) = exact;
-    let (moments, axes) = inertia.eigen();
-    motion["mass"] = json!(mass);
-    motion["centerOfMass"] = json!(center.to_array());
-    motion["inertiaDiagonal"] = json!(moments.max(Vec3::ZERO).to_array());
-    motion["inertiaOrientation"] = json!(axes.to_array());
-    motion
 }

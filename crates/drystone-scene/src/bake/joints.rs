@@ -6,6 +6,8 @@ use drystone::joint::{JointAxis, JointMotion, JointSpring, SixDof};
 use drystone::{JointKind, Pose, Quat};
 use serde_json::{Map, Value, json};
 
+use super::file::place;
+
 /// Damping that stands for an infinite one, which JSON has no number for: all the force that a drive has.
 const RIGID: f32 = 1.0e30;
 
@@ -133,6 +135,6 @@ fn drive(kind: &str, axis: usize, def: &JointAxis) -> Option<Value> {
 /// The node of one end.
 pub(super) fn end(pose: &Pose) -> Value {
     let mut node = json!({});
-    super::build::place(&mut node, pose);
+    place(&mut node, pose);
     node
 }

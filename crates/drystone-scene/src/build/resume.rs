@@ -7,7 +7,7 @@ use drystone::World;
 use drystone::snapshot::SnapshotError;
 use serde::{Deserialize, Serialize};
 
-use super::{BuildError, Running};
+use super::running::{BuildError, Running};
 use crate::scene::{Scene, Script};
 
 /// A [`Running`] scene without what the scene itself says: for files, in any format of serde.

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use drystone::joint::{JointMotion, SixDof};
 use drystone::{BodyKind, JointKind, MassDef, Shape};
 
-use super::LoadedGltf;
+use super::loaded::LoadedGltf;
 
 /// What each axis of a joint does, those that do the same together.
 fn axes_of(axes: &SixDof) -> String {

@@ -7,8 +7,8 @@
 use drystone::joint::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 use drystone::{JointKind, Quat};
 
-use super::json::At;
 use crate::error::SceneError;
+use crate::read::json::At;
 
 /// What a joint does: in the frames of its two nodes, each turned by this.
 pub(crate) struct Described {

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::accessor;
+use super::document::{Document, resource};
 use super::image::decode;
-use super::json::At;
-use super::read::{Document, resource};
 use crate::error::SceneError;
 use crate::file::Kind;
+use crate::read::json::At;
 use crate::visual::{Alpha, Image, Texture, VisualMaterial, Wrap};
 
 /// Points of all images together; what is beyond them is left out.

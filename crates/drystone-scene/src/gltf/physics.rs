@@ -1,18 +1,18 @@
 //! From nodes with `KHR_physics_rigid_bodies` to bodies.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use drystone::geometry::MassProperties;
 use drystone::math::Sym3;
 use drystone::{BodyDef, BodyKind, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 
+use super::document::Document;
 use super::geometry::Geometry;
 use super::joints::{self, Described};
-use super::json::At;
 use super::nodes::Tree;
-use super::read::Document;
 use super::surface;
 use crate::error::SceneError;
+use crate::mass::mass_of;
+use crate::read::json::At;
 use crate::scene::SceneJoint;
 
 /// Name of the extension.
@@ -323,7 +323,7 @@ fn set_mass(
         def.mass = mass.map_or(MassDef::FromShapes, MassDef::Mass);
         return Ok(());
     }
-    let own = of_shapes(&def.shapes);
+    let own = mass_of(&def.shapes);
     if own.mass <= 0.0 && (mass.is_none() || diagonal.is_none()) {
         let used =
             "mass 1 kg and the inertia of a ball of 0.5 m radius are used where none is given";
@@ -338,29 +338,4 @@ fn set_mass(
     };
     def.mass = MassDef::Exact { mass, center: center.unwrap_or(own.center), inertia };
     Ok(())
-}
-
-/// Mass properties of all solid shapes together, about their common center [body].
-pub(crate) fn of_shapes(shapes: &[ShapeDef]) -> MassProperties {
-    let solid = shapes.iter().filter(|s| !s.sensor);
-    let parts: Vec<_> = solid.map(|s| (s.pose, MassProperties::of(&s.shape, s.density))).collect();
-    MassProperties::combine(&parts)
-}
-
-/// Unique names of the bodies of these nodes: the node's, `#index` without one, `name#index` where
-/// another body has it already.
-pub(crate) fn names(tree: &Tree, nodes: &[usize]) -> Vec<String> {
-    let mut taken = BTreeSet::new();
-    let mut out = Vec::with_capacity(nodes.len());
-    for &node in nodes {
-        let mut name = tree.name(node);
-        if taken.contains(&name) {
-            name = format!("{name}#{node}");
-        }
-        while !taken.insert(name.clone()) {
-            name.push('\'');
-        }
-        out.push(name);
-    }
-    out
 }

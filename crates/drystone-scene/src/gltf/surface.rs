@@ -3,8 +3,8 @@
 use drystone::contact::Combine;
 use drystone::{Filter, Material};
 
-use super::json::At;
 use crate::error::SceneError;
+use crate::read::json::At;
 
 /// A collider without a material leaves the rule to the other side: the geometric mean is the weakest.
 pub(crate) fn bare() -> Material {

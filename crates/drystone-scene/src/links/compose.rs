@@ -10,7 +10,7 @@ use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, Planar, S
 use drystone::math::Mat3;
 use drystone::{Axis, JointKind, Quat, Vec3};
 
-use super::{Dof, Way};
+use super::link::{Dof, Way};
 
 /// Joints that act as one.
 #[derive(Clone, Debug)]

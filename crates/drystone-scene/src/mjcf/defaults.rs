@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use drystone::Vec3;
 
-use super::model::Model;
 use crate::error::SceneError;
-use crate::xml::Element;
+use crate::read::xml::Element;
 
 /// A class may have so many elements, and so many classes around it: each element of a file looks at all of them.
 const MOST_ELEMENTS: usize = 256;
@@ -30,11 +29,11 @@ pub(super) struct Defaults<'a> {
 }
 
 impl<'a> Defaults<'a> {
-    /// Adds a `<default>` of the model and the classes in it.
+    /// Adds a `<default>` of the model and the classes in it; `children` are the elements inside one.
     pub(super) fn add(
         &mut self,
         section: &Element<'a>,
-        model: &Model<'a>,
+        children: impl Fn(&Element<'a>) -> Result<Vec<Element<'a>>, SceneError>,
     ) -> Result<(), SceneError> {
         let mut stack = vec![(*section, None)];
         while let Some((element, parent)) = stack.pop() {
@@ -59,7 +58,7 @@ impl<'a> Defaults<'a> {
                 self.classes.push(Class { parent, depth, elements: Vec::new() });
             }
             let mut inner = Vec::new();
-            for child in model.children(&element)? {
+            for child in children(&element)? {
                 if child.tag() == "default" {
                     inner.push((child, Some(number)));
                 } else {

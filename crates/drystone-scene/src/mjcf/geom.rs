@@ -10,9 +10,9 @@ use drystone::{Filter, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::defaults::View;
 use super::model::Model;
-use super::walk::Walk;
 use crate::error::SceneError;
-use crate::links::{Hulls, hull_of_points};
+use crate::links::{Hulls, Link};
+use crate::read::mesh::hull_of_points;
 
 /// A shape, or why it is left out; with a note.
 pub(super) struct Geom {
@@ -236,10 +236,9 @@ fn restitution(solref: &[f32]) -> f32 {
 ///
 /// Two geoms collide if one's `contype` and the other's `conaffinity` have a bit in common. Each different pair
 /// of both gets a layer of its own, and its mask the layers of those it collides with.
-pub(super) fn filters(walk: &mut Walk<'_>) -> Option<String> {
-    let contacts = walk.option.contacts;
+pub(super) fn filters(contacts: bool, links: &mut [Link<'_>]) -> Option<String> {
     let mut kinds: Vec<u64> = Vec::new();
-    for shape in walk.links.iter().flat_map(|l| &l.shapes) {
+    for shape in links.iter().flat_map(|l| &l.shapes) {
         if !kinds.contains(&shape.user_data) && kinds.len() < 65 {
             kinds.push(shape.user_data);
         }
@@ -248,7 +247,7 @@ pub(super) fn filters(walk: &mut Walk<'_>) -> Option<String> {
         contacts && ((a >> 32) & (b & 0xFFFF_FFFF) != 0 || (b >> 32) & (a & 0xFFFF_FFFF) != 0)
     };
     let plain = contacts && kinds.iter().all(|k| *k == 1 << 32 | 1);
-    for shape in walk.links.iter_mut().flat_map(|l| &mut l.shapes) {
+    for shape in links.iter_mut().flat_map(|l| &mut l.shapes) {
         let own = shape.user_data;
         shape.user_data = 0;
         let place = kinds.iter().position(|k| *k == own).filter(|i| *i < 64);

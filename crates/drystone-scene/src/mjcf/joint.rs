@@ -4,9 +4,9 @@ use drystone::geometry::MassProperties;
 use drystone::math::Sym3;
 use drystone::{Pose, Vec3};
 
-use super::Options;
 use super::defaults::View;
 use super::model::Model;
+use super::option::Options;
 use crate::error::SceneError;
 use crate::links::{Dof, Way};
 

@@ -10,7 +10,7 @@ use roxmltree::Document;
 
 use super::defaults::{Defaults, View};
 use crate::error::SceneError;
-use crate::xml::{self, Element};
+use crate::read::xml::{self, Element};
 
 /// More files than this are refused.
 const MAX_FILES: usize = 64;
@@ -66,7 +66,7 @@ impl Files {
                 if texts.len() >= MAX_FILES {
                     return Err(fail("it names too many files".to_owned(), "64 in all"));
                 }
-                let text = xml::text(&folder.join(path))
+                let text = xml::file(&folder.join(path))
                     .map_err(|e| fail(format!("{file}: {}", e.problem()), e.allowed()))?;
                 bytes += text.len();
                 if bytes > MAX_BYTES {
@@ -189,7 +189,7 @@ impl<'a> Model<'a> {
         }
         let mut defaults = Defaults::default();
         for section in model.sections("default") {
-            defaults.add(&section, &model)?;
+            defaults.add(&section, |element| model.children(element))?;
         }
         model.defaults = defaults;
         for assets in model.sections("asset").collect::<Vec<_>>() {

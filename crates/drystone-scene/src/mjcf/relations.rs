@@ -9,8 +9,8 @@ use super::defaults::View;
 use super::walk::{Instance, Named, Walk};
 use crate::error::SceneError;
 use crate::links::Assembled;
+use crate::read::xml::Element;
 use crate::scene::{Scene, SceneJoint};
-use crate::xml::Element;
 
 /// Adds them all to the scene.
 pub(super) fn add(

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 
 use drystone::{Pose, Quat, Vec3};
 
-use super::Options;
 use super::defaults::View;
 use super::geom::{self, Geom, MeshHulls};
 use super::joint::{self, Read};
 use super::model::Model;
+use super::option::Options;
 use crate::error::SceneError;
 use crate::links::{Dof, Hold, Link, Weight};
-use crate::xml::Element;
+use crate::read::xml::Element;
 
 /// More bodies, shapes and copies than this are refused.
 const MAX_THINGS: usize = 200_000;

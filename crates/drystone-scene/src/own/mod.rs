@@ -22,31 +22,29 @@
 //! ```
 
 mod document;
+mod kind;
 mod locate;
 mod place;
 mod print;
 mod read;
+mod saved_hull;
+mod text;
 mod value;
 mod write;
 
 use std::io::Write as _;
 use std::path::Path;
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
-
 use self::document::Document;
 use crate::bake::Unsaid;
 use crate::error::SceneError;
-use crate::file::{self, Ending, Kind, WholeFile};
-use crate::gltf::LoadedGltf;
+use crate::file::{Ending, Kind, WholeFile};
 use crate::scene::Scene;
 
+pub use self::kind::{JsonKind, kind_of};
 pub use self::locate::refused;
 pub use self::read::Options;
-
-/// The version of the format that is written. It is the only one that is read.
-pub const VERSION: u32 = 1;
+pub use self::text::VERSION;
 
 /// Reads a file of this format.
 ///
@@ -62,47 +60,6 @@ pub fn load(path: &Path, options: &Options) -> Result<Scene, SceneError> {
 /// A line that names the line and field in the text, what is wrong and what is allowed.
 pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneError> {
     read::from_text(text, name, folder, &Options::default())
-}
-
-/// What a `.json` file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum JsonKind {
-    /// A scene of this format: it has a member `drystone`.
-    Own,
-    /// A scene of Rigid-IPC: it has a member `rigid_body_problem`.
-    RigidIpc,
-}
-
-/// What a `.json` file is, by its members.
-///
-/// # Errors
-/// A line that names the file, what is wrong and what is allowed.
-pub fn kind_of(path: &Path) -> Result<JsonKind, SceneError> {
-    let text = text_of(path)?;
-    kind_of_text(&text).map_err(|e| e.in_file(path))
-}
-
-pub(crate) fn kind_of_text(text: &str) -> Result<JsonKind, SceneError> {
-    /// What tells the formats apart.
-    #[derive(Deserialize)]
-    struct Head {
-        drystone: Option<IgnoredAny>,
-        rigid_body_problem: Option<IgnoredAny>,
-    }
-    let fail = |place: &str, problem: &str, allowed: &str| {
-        SceneError::new(Path::new(""), place, problem, allowed)
-    };
-    let head: Head = serde_json::from_str(text).map_err(|e| read::broken(text, &e, ""))?;
-    match head {
-        Head { drystone: Some(_), .. } => Ok(JsonKind::Own),
-        Head { rigid_body_problem: Some(_), .. } => Ok(JsonKind::RigidIpc),
-        Head { .. } => Err(fail(
-            "",
-            "it says of no format that it is of it",
-            "\"drystone\": 1 at its top, or a \"rigid_body_problem\" of Rigid-IPC",
-        )),
-    }
 }
 
 /// A scene as a text of this format. Reading it gives the same scene, bit by bit, but for [`Scene::notes`] and
@@ -139,16 +96,16 @@ pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending,
     written.map_err(|e| SceneError::new(path, "", format!("cannot be written: {e}"), ""))
 }
 
-/// What of a glTF file, with [`Scene::visuals`] read, a file of this format does not say unless it names it.
+/// What a file of this format does not say of a glTF file with `animations`, read as `scene` with
+/// [`Scene::visuals`], unless it names that file.
 #[must_use]
-pub fn unsaid(file: &LoadedGltf) -> Vec<Unsaid> {
-    let visuals = &file.scene.visuals;
+pub fn unsaid(scene: &Scene, animations: usize) -> Vec<Unsaid> {
+    let visuals = &scene.visuals;
     let placed = visuals.worn.values().map(Vec::len).sum::<usize>() + visuals.scenery.len();
-    let animations = file.document.json.get("animations").and_then(|v| v.as_array());
     let all = [
         ("a mesh to look at", placed),
         ("a material to look at", if placed > 0 { visuals.materials.len() } else { 0 }),
-        ("an animation", animations.map_or(0, Vec::len)),
+        ("an animation", animations),
     ];
     let all = all.map(|(what, count)| Unsaid { what: what.to_owned(), count });
     all.into_iter().filter(|unsaid| unsaid.count > 0).collect()
@@ -161,10 +118,4 @@ pub fn schema() -> String {
     let mut text = serde_json::to_string_pretty(&schema).expect("a schema is JSON");
     text.push('\n');
     text
-}
-
-/// All of a file as text.
-pub(crate) fn text_of(path: &Path) -> Result<String, SceneError> {
-    String::from_utf8(file::read(path, Kind::Text)?)
-        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "a file of UTF-8 text"))
 }

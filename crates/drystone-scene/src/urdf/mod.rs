@@ -11,13 +11,13 @@ mod overlap;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyDef, Pose, ShapeDef, Vec3, vec3};
+use drystone::{BodyDef, Pose, ShapeDef, vec3};
 
 use self::element::{Joint, JointType};
 use crate::error::SceneError;
 use crate::links::{Anchored, Assembled, Hold, Hulls, Link, Weight, assemble};
+use crate::read::xml::{self, Element};
 use crate::scene::Scene;
-use crate::xml::{self, Element};
 
 /// The name of the link that is the world.
 const WORLD: &str = "world";
@@ -50,7 +50,7 @@ pub struct Options {
 /// A line that names the file, the place in it, what is wrong and what is allowed.
 pub fn load(path: &Path, options: &Options) -> Result<Scene, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let text = xml::text(path)?;
+    let text = xml::file(path)?;
     from_text(&text, folder, options).map_err(|e| e.in_file(path))
 }
 
@@ -337,9 +337,4 @@ impl<'a> Reader<'a> {
         }
         Ok(read)
     }
-}
-
-/// A direction; the file may give it any length.
-fn direction(element: &Element<'_>, name: &str, v: Vec3) -> Result<Vec3, SceneError> {
-    v.try_normalize().ok_or_else(|| element.wrong(name, "a direction that is not zero"))
 }

@@ -4,7 +4,7 @@ use drystone::breakage::{Bond, BondStrength, Fracture, Glue};
 use drystone::math::Sym3;
 use drystone::{AxisLocks, BodyDef, BodyKind, MassDef, ShapeDef, Vec3};
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document::{self, AxisName, Kind};
 use crate::own::place::Place;

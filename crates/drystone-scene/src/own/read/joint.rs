@@ -8,7 +8,7 @@ use drystone::joint::{
 use drystone::math::Mat3;
 use drystone::{Axis, BodyId, JointDef, JointKind, Pose, Quat, Vec3};
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document::{self, AxisName};
 use crate::own::place::Place;

@@ -3,7 +3,7 @@
 use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 use drystone::{BodyDef, Pose, Vec3, World};
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document;
 use crate::own::place::Place;

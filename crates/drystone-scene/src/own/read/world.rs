@@ -6,7 +6,7 @@ use drystone::method::{
     Damping, Integration, Method, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document;
 use crate::own::place::Place;

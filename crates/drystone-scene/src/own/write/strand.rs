@@ -3,8 +3,9 @@
 use drystone::Vec3;
 use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 
-use super::body::filter;
-use super::{Names, other, refuse, unless, unless_vec};
+use super::names::Names;
+use super::said::{other, refuse, unless, unless_vec};
+use super::shape::filter;
 use crate::error::SceneError;
 use crate::own::document::{
     Cloth, Cloud, Drop, Hold, Link, LinkKind as KindOf, LinkSpring as SpringOf, Load, Loads, Orbit,

@@ -4,11 +4,14 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::place::Place;
 use crate::error::SceneError;
-use crate::own::place::Place;
+
+/// The version of the format that is written. It is the only one that is read.
+pub const VERSION: u32 = 1;
 
 /// What serde says of a text, in the terms of other errors; `path` is where serde was.
-pub(in crate::own) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneError {
+pub(super) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneError {
     let full = e.to_string();
     let said = full.rfind(" at line ").map_or(full.as_str(), |end| &full[..end]);
     let (problem, allowed) = match e.classify() {
@@ -105,7 +108,7 @@ pub(super) fn check_version(text: &str) -> Result<(), SceneError> {
     }
     let head: Head = serde_json::from_str(text).map_err(|e| broken(text, &e, ""))?;
     let found = match head.drystone {
-        Some(version) if version == u64::from(crate::own::VERSION) => return Ok(()),
+        Some(version) if version == u64::from(VERSION) => return Ok(()),
         Some(version) => format!("is {version}"),
         None => "the version is missing".to_owned(),
     };

@@ -7,16 +7,15 @@ use std::path::Path;
 use drystone::Vec3;
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::text;
 use crate::error::SceneError;
-use crate::file::{self, Kind};
 
 /// More elements, attributes and texts than this are refused.
 const MAX_NODES: u32 = 4_000_000;
 
 /// The text of a file.
-pub(crate) fn text(path: &Path) -> Result<String, SceneError> {
-    String::from_utf8(file::read(path, Kind::Text)?)
-        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "an XML file"))
+pub(crate) fn file(path: &Path) -> Result<String, SceneError> {
+    text(path, "an XML file")
 }
 
 /// The document of a text. Entities of its own, which can blow a file up, are refused with the DTD that

@@ -1,4 +1,4 @@
-//! From a file to a JSON document with its buffers; nothing of the content is trusted.
+//! A JSON document with its buffers, and how it is read from a file; nothing of it is trusted.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use base64::Engine;
 use serde_json::Value;
 
-use super::json::{self, At};
 use crate::error::SceneError;
 use crate::file::{self, Kind};
+use crate::read::json::{self, At};
 
 /// Buffers that have more bytes together are refused.
 const MAX_BUFFERS: usize = 4_000_000_000;
@@ -58,7 +58,7 @@ impl Clone for Work {
 }
 
 /// Reads a `.gltf` or `.glb` file, told apart by content, and all its buffers.
-pub(crate) fn document(path: &Path) -> Result<Document, SceneError> {
+pub(crate) fn open(path: &Path) -> Result<Document, SceneError> {
     let mut file = file::open(path, Kind::Document)?;
     let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
     let mut bytes = Vec::new();

@@ -1,7 +1,5 @@
 //! A scene as a world that runs, with its script.
 
-mod resume;
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -15,8 +13,6 @@ use crate::scene::{
     ScriptAction, StrandDef, Wave,
 };
 use crate::visual::Visuals;
-
-pub use self::resume::{ResumeError, SavedRun};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -123,14 +119,14 @@ pub struct Running {
     #[serde(skip)]
     pub visuals: Arc<Visuals>,
     /// Those that scene and script brought.
-    brought: Vec<BodyId>,
+    pub(super) brought: Vec<BodyId>,
     /// Number of the body that a piece came from at first.
-    origins: BTreeMap<BodyId, usize>,
+    pub(super) origins: BTreeMap<BodyId, usize>,
     /// How many pieces came off a body so far, by its number.
-    pieces: BTreeMap<usize, usize>,
+    pub(super) pieces: BTreeMap<usize, usize>,
     #[serde(skip)]
-    script: Script,
-    steps: u64,
+    pub(super) script: Script,
+    pub(super) steps: u64,
 }
 
 impl Scene {
