@@ -9,8 +9,8 @@ use drystone_scene::obj::{self, LoadedObj};
 use drystone_scene::own::{self, JsonKind};
 use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, rigid_ipc, urdf};
 
-use crate::cli::{AutoColliders, Base, Settings, Source, has_extension};
-use crate::output::Failure;
+use crate::cli::{AutoColliders, Base, Settings, Source};
+use crate::output::{Failure, has_extension};
 
 /// Endings that mean a file even where there is none.
 const FILES: [&str; 6] = ["gltf", "glb", "obj", "urdf", "xml", "json"];

@@ -40,6 +40,9 @@ impl Display for Failure {
     }
 }
 
+/// The result of a command: its exit status, or why it failed.
+pub(crate) type Outcome = Result<ExitCode, Failure>;
+
 /// Messages may quote a file, and a file may hold anything: line ends and control characters become
 /// spaces, so that a failure stays one line and leaves the terminal alone.
 pub(crate) fn one_line(text: &str) -> String {
@@ -137,6 +140,11 @@ pub(crate) fn warn_of(ending: Ending, path: &Path) {
 /// All of a file of this program's own, which begins with `kind`; only the beginning of another.
 pub(crate) fn read(path: &Path, kind: [u8; 8]) -> Result<Vec<u8>, Failure> {
     file::read_any(path, file::Kind::Run, &kind).map_err(Failure::failed)
+}
+
+/// True if the path ends in one of these extensions, in any case.
+pub(crate) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|e| extensions.iter().any(|known| e.eq_ignore_ascii_case(known)))
 }
 
 /// Finds out now whether a file can be written later; nothing is left of that.

@@ -6,7 +6,8 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use drystone::method::Method;
 
-use super::{Length, Source, assignment, hz};
+use super::parse::{assignment, hz};
+use super::source::{Length, Source};
 
 const BENCH_EXAMPLES: &str = "\
 Examples:

@@ -6,8 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use drystone_render::Picture;
 
-use crate::cli::has_extension;
-use crate::output::{Failure, Output, probe};
+use crate::output::{Failure, Output, has_extension, probe};
 
 /// What `--render` makes, by the file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,10 +4,9 @@ use drystone::audit::{Audit, AwakeCause, ConstraintId, ContactPair, Energy, Ledg
 use drystone::{BodyId, BodyKind, JointId, Vec3, World};
 use serde::Serialize;
 
-use crate::cli::count;
-use crate::events::Names;
+use super::page::{Page, count, si};
+use crate::file::events::Names;
 use crate::output::one_line;
-use crate::report::{Page, si};
 
 /// Of so many awake bodies at most it is asked why, evenly over all: each answer goes through a whole island.
 const ASKED: usize = 20;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use drystone_scene::{BuildError, ResumeError, Running, SavedRun, Scene};
 use serde::{Deserialize, Serialize};
 
-use crate::chunk;
+use super::chunk;
 use crate::cli::{Settings, Source, is_rate};
 use crate::load::{Loaded, build, load_with, refused};
 use crate::output::{Failure, Output, probe, read};

@@ -8,9 +8,8 @@ use drystone_bench::Own;
 use drystone_scene::file;
 use drystone_validate::{Candidate, Known, Lab, Protocol, Table, Test, run, select, sweep};
 
-use crate::Outcome;
 use crate::cli::Validate;
-use crate::output::{self, Failure, progress};
+use crate::output::{self, Failure, Outcome, progress};
 use crate::settings::{cores_but, set_all};
 
 /// Runs the tests and prints the table.

@@ -1,8 +1,7 @@
 //! `drystone view` in a build without a window.
 
-use crate::Outcome;
 use crate::cli::View;
-use crate::output::Failure;
+use crate::output::{Failure, Outcome};
 
 /// Says that there is none.
 pub(crate) fn view(_: &View) -> Outcome {

@@ -1,8 +1,5 @@
 //! `--render`: the last picture of a run, or all of it as a film.
 
-mod camera;
-mod encode;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,10 +8,9 @@ use drystone_render::{Canvas, Follow, Gatherer, Look, Picture, RenderError, Subj
 use drystone_scene::Running;
 use drystone_scene::visual::Visuals;
 
-pub(crate) use self::camera::CameraSpec;
-pub(crate) use self::encode::Kind as RenderKind;
-use self::encode::{Encoder, Kind};
-use crate::cli::Rendering;
+use super::camera::CameraSpec;
+use super::encode::{self, Encoder, Kind};
+use super::wanted::Wanted;
 use crate::output::Failure;
 
 /// A picture or a film being made.
@@ -41,18 +37,18 @@ impl Render {
     /// its steps a second.
     pub(crate) fn create(
         path: &Path,
-        args: &Rendering,
+        camera: CameraSpec,
+        wanted: Wanted,
         running: &Running,
         seconds: f64,
         hz: f32,
     ) -> Result<Self, Failure> {
         let kind = Kind::of(path).ok_or_else(|| Failure::usage("--render: no known kind"))?;
-        let (width, height) = args.size.unwrap_or_else(|| kind.usual_size());
+        let (width, height) = wanted.size.unwrap_or_else(|| kind.usual_size());
         let failed = |e: RenderError| failure(path, &e);
         let canvas = Canvas::new(width, height).map_err(failed)?;
-        let camera = args.camera;
         let start = Subject::of(&running.world);
-        let (visuals, colliders) = (Arc::clone(&running.visuals), args.colliders);
+        let (visuals, colliders) = (Arc::clone(&running.visuals), wanted.colliders);
         let aspect = aspect(&canvas);
         let follow = Follow::new(start.clone(), camera.angles(&start), aspect);
         let film = if kind == Kind::Still {
@@ -60,7 +56,7 @@ impl Render {
             None
         } else {
             // More frames than steps would show some twice.
-            let fps = args.fps.unwrap_or_else(|| kind.usual_fps()).min(f64::from(hz)).max(0.1);
+            let fps = wanted.fps.unwrap_or_else(|| kind.usual_fps()).min(f64::from(hz)).max(0.1);
             Some((fps, Encoder::create(path, kind, (width, height), fps)?))
         };
         let (path, frames) = (path.to_owned(), 0);

@@ -10,12 +10,11 @@ use drystone_bench::{BodyState, stands, still_stands};
 use drystone_scene::{Running, Scene, SceneBody};
 use serde::Serialize;
 
-use crate::Outcome;
+use super::compare_plot::{self, Curve};
 use crate::cli::Compare;
-use crate::compare_plot::{self, Curve};
 use crate::load::{build, load, refused};
-use crate::measure::Measure;
-use crate::output::{self, Failure, Output, one_line};
+use crate::output::{self, Failure, Outcome, Output, one_line};
+use crate::report::measure::Measure;
 use crate::settings::{executor, said_gravity, set_all, time_of};
 
 /// One run, as a row of the table.

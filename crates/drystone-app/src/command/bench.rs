@@ -7,9 +7,8 @@ use drystone_bench::{
     Order, Own, Row, default_steps, expand, listing, measure, scaling, scaling_listing,
 };
 
-use crate::Outcome;
 use crate::cli::Bench;
-use crate::output::{self, Failure, Output, progress};
+use crate::output::{self, Failure, Outcome, Output, progress};
 
 /// Measures the scenes one after the other.
 pub(crate) fn bench(args: &Bench) -> Outcome {

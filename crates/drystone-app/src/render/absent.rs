@@ -6,7 +6,7 @@ use std::str::FromStr;
 use drystone::World;
 use drystone_scene::Running;
 
-use crate::cli::Rendering;
+use super::wanted::Wanted;
 use crate::output::Failure;
 
 /// Any camera.
@@ -40,7 +40,8 @@ pub(crate) enum Render {}
 impl Render {
     pub(crate) fn create(
         path: &Path,
-        _: &Rendering,
+        _: CameraSpec,
+        _: Wanted,
         _: &Running,
         _: f64,
         _: f32,

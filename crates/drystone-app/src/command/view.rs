@@ -10,10 +10,9 @@ use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
 
-use crate::Outcome;
-use crate::cli::{AutoColliders, Overlay, Reading, Source, View, has_extension};
+use crate::cli::{AutoColliders, Overlay, Reading, Source, View};
 use crate::load::{Loaded, build, load_with};
-use crate::output::Failure;
+use crate::output::{Failure, Outcome, has_extension};
 use crate::render::quiet_driver;
 use crate::settings::{cores_but, executor};
 

@@ -7,12 +7,11 @@ use drystone::BodyKind;
 use drystone::method::Method;
 use drystone_scene::{Parameter, Range, Scene, Script, StrandDef, catalog};
 
-use crate::Outcome;
-use crate::cli::{Info, count};
+use crate::cli::Info;
 use crate::load::{build, load};
-use crate::measure::lines_of;
-use crate::output::{self, Failure, one_line};
-use crate::report::{Page, si};
+use crate::output::{self, Failure, Outcome, one_line};
+use crate::report::measure::lines_of;
+use crate::report::page::{Page, count, si};
 
 /// Lists the built-in scenes.
 pub(crate) fn scenes() -> Outcome {

@@ -9,19 +9,18 @@ use drystone::World;
 use drystone_bench::StageClock;
 use drystone_scene::{Running, Scene};
 
-use crate::Outcome;
-use crate::bake::Bake;
 use crate::cli::{Reading, Rendering, Settings, Simulate, Source};
-use crate::events::{EventLog, Names};
+use crate::file::bake::Bake;
+use crate::file::events::{EventLog, Names};
+use crate::file::record::{Header, Record};
+use crate::file::snapshot::{Recipe, Snapshot, SnapshotFile, begin};
+use crate::file::trace::Trace;
 use crate::load::{Loaded, refused};
-use crate::measure::Measure;
-use crate::output::{self, Failure, Output, progress};
-use crate::record::{Header, Record};
+use crate::output::{self, Failure, Outcome, Output, progress};
 use crate::render::{Render, quiet_driver};
+use crate::report::measure::Measure;
 use crate::report::{Report, Run};
 use crate::settings::time_of;
-use crate::snapshot::{Recipe, Snapshot, SnapshotFile, begin};
-use crate::trace::Trace;
 
 /// Status of a run that finished with a fault.
 const FAULTED: u8 = 3;
@@ -249,7 +248,10 @@ impl Outputs {
             events: args.events.as_deref().map(EventLog::create).transpose()?,
             bake: args.bake.as_deref().map(Bake::create).transpose()?,
             render: render
-                .map(|path| Render::create(path, &args.rendering, running, seconds, hz))
+                .map(|path| {
+                    let Rendering { camera, .. } = args.rendering;
+                    Render::create(path, camera, args.rendering.wanted(), running, seconds, hz)
+                })
                 .transpose()?,
             record: args.record.as_deref().map(|path| Record::create(path, header)).transpose()?,
             snapshot: args.snapshot.as_deref().map(SnapshotFile::create).transpose()?,

@@ -6,13 +6,13 @@ use drystone::journal::Journal;
 use drystone::{Stage, World};
 use drystone_scene::Running;
 
-use crate::Outcome;
-use crate::chunk;
-use crate::cli::{Replay, count, is_rate};
+use crate::cli::{Replay, is_rate};
+use crate::file::chunk;
+use crate::file::record::{BodyHashes, Header, KIND, StepHashes, is_end};
+use crate::file::snapshot::begin;
 use crate::load::refused;
-use crate::output::{self, Failure, one_line, progress, read};
-use crate::record::{BodyHashes, Header, KIND, StepHashes, is_end};
-use crate::snapshot::begin;
+use crate::output::{self, Failure, Outcome, one_line, progress, read};
+use crate::report::page::count;
 
 /// Runs it again.
 pub(crate) fn replay(args: &Replay) -> Outcome {

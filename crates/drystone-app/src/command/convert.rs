@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use drystone_scene::bake::{self, Unsaid};
 use drystone_scene::own;
 
-use crate::Outcome;
-use crate::cli::{Convert, Source, count, has_extension};
+use crate::cli::{Convert, Source};
 use crate::load::{Loaded, build, load_with};
-use crate::measure::lines_of;
-use crate::output::{self, Failure, one_line};
+use crate::output::{self, Failure, Outcome, has_extension, one_line};
+use crate::report::measure::lines_of;
+use crate::report::page::count;
 
 /// Writes a scene as a file.
 pub(crate) fn convert(args: &Convert) -> Outcome {

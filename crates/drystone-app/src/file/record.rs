@@ -6,9 +6,9 @@ use drystone::StageHashes;
 use drystone_scene::Running;
 use serde::{Deserialize, Serialize};
 
-use crate::chunk;
+use super::chunk;
+use super::snapshot::{Recipe, Snapshot};
 use crate::output::{Failure, Output};
-use crate::snapshot::{Recipe, Snapshot};
 
 /// What such a file begins with.
 pub(crate) const KIND: [u8; 8] = *b"drystlog";
