@@ -147,7 +147,7 @@ fn called(objects: &[Object], number: usize) -> String {
 /// The triangles of an object in the world, where no coordinate is -0.
 fn placed(object: &Object) -> Triangles {
     let mut surface = object.surface.clone();
-    surface.points.iter_mut().for_each(|p| *p = *p + Vec3::ZERO);
+    surface.points.iter_mut().for_each(|p| *p += Vec3::ZERO);
     surface
 }
 

@@ -1,10 +1,4 @@
-//! The window: events in, pictures out.
-
-#[cfg(not(target_arch = "wasm32"))]
-mod native;
-mod stage;
-#[cfg(target_arch = "wasm32")]
-pub mod web;
+//! Events of a window in, pictures out.
 
 use std::sync::PoisonError;
 use std::sync::mpsc::Sender;
@@ -14,31 +8,24 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
-#[cfg(not(target_arch = "wasm32"))]
-use self::native::Shell;
-#[cfg(not(target_arch = "wasm32"))]
-pub use self::native::show;
-use self::stage::Stage;
-#[cfg(target_arch = "wasm32")]
-use self::web::Shell;
-use crate::ViewError;
+use super::news::News;
+use super::shell::Shell;
+use super::stage::Stage;
+use crate::error::ViewError;
 use crate::overlay::Overlays;
 use crate::sim::{Command, Slot};
 
-/// There is something new to show.
-#[derive(Clone, Copy, Debug)]
-struct News;
-
-struct App {
-    name: String,
-    overlays: Overlays,
-    panel: Option<bool>,
-    sender: Sender<Command>,
-    slot: Slot,
-    /// What a window on a desktop and a page in a browser do not share.
-    shell: Shell,
-    stage: Option<Stage>,
-    failure: Option<ViewError>,
+/// The state of a window.
+pub(super) struct App {
+    pub(super) name: String,
+    pub(super) overlays: Overlays,
+    pub(super) panel: Option<bool>,
+    pub(super) sender: Sender<Command>,
+    pub(super) slot: Slot,
+    /// The part that differs between a window on a desktop and a page in a browser.
+    pub(super) shell: Shell,
+    pub(super) stage: Option<Stage>,
+    pub(super) failure: Option<ViewError>,
 }
 
 impl App {
