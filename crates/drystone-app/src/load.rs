@@ -1,4 +1,4 @@
-//! From what the user wrote to a scene: a built-in one by name, or a file.
+//! Reads the scene that the user named: a built-in one, or a file.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::output::{Failure, has_extension};
 /// Endings that mean a file even where there is none.
 const FILES: [&str; 6] = ["gltf", "glb", "obj", "urdf", "xml", "json"];
 
-/// What a user can give, beside a built-in scene.
+/// Scenes that a user can give, beside the built-in ones.
 const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file";
 
 /// A scene, and the file it came from.
@@ -25,7 +25,7 @@ pub(crate) enum Loaded {
     BuiltIn(Box<Scene>),
     /// From a file with nothing more to bake than the scene.
     Read(Box<Scene>),
-    /// From a file of the own format, which may name one that says what it looks like.
+    /// From a file of the own format, which may name a file with its visuals.
     Own(Box<Scene>, PathBuf),
     /// From a glTF file, which is kept for baking.
     Gltf(Box<LoadedGltf>),
@@ -43,7 +43,7 @@ impl Loaded {
         }
     }
 
-    /// Reads what a file shows, for pictures.
+    /// Reads the visuals of a file, for pictures.
     pub(crate) fn read_visuals(&mut self) {
         match self {
             Self::Gltf(loaded) => loaded.read_visuals(),
@@ -51,7 +51,7 @@ impl Loaded {
             Self::Own(scene, path) => {
                 match own::load(path, &own::Options::with_visuals()) {
                     Ok(seen) => scene.visuals = seen.visuals,
-                    // Nothing of what is seen can stop a scene from being simulated.
+                    // No error in visuals can stop a scene from being simulated.
                     Err(e) => scene.notes.push(format!("visuals: left out: {e}")),
                 }
             }
@@ -69,8 +69,8 @@ impl Loaded {
     }
 }
 
-/// Reads or makes the scene. `gravity` [m/s²] is what the user says it is, if anything: the lowest
-/// body of a file without physics is found along it.
+/// Reads or makes the scene. `gravity` [m/s²] is that of the command line, if any: the lowest body
+/// of a file without physics is found along it.
 ///
 /// Built-in names win over files of the same name, so that a folder `tower` hides nothing; write
 /// `./tower` for the file.
@@ -98,7 +98,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
     file(path, source, gravity)
 }
 
-/// Reads or makes the scene, with what the user says of its world.
+/// Reads or makes the scene, with the settings of the command line for its world.
 pub(crate) fn load_with(source: &Source, settings: &Settings) -> Result<Loaded, Failure> {
     let mut loaded = load(source, settings.gravity()?)?;
     settings.apply(&mut loaded.scene_mut().config)?;
@@ -123,7 +123,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
     }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(
-            "{shown}: its name tells no known format, allowed is {ALLOWED}"
+            "{shown}: its name has no known ending, allowed is {ALLOWED}"
         )));
     }
     let is_robot = has_extension(path, &["urdf"]);
@@ -190,7 +190,7 @@ fn described(path: &Path, source: &Source) -> Result<Result<Loaded, SceneError>,
     })
 }
 
-/// The scene as a world; `source` is what the user called it.
+/// The scene as a world; `source` is the name that the user gave.
 pub(crate) fn build(scene: &Scene, source: &str) -> Result<Running, Failure> {
     scene.build().map_err(|e| refused(source, &e))
 }

@@ -2,8 +2,8 @@
 //! lists scenes and methods.
 //!
 //! [`cli`] defines the command line and [`settings`] applies it to a world. [`command`] has a file
-//! for each command. [`load`] reads scenes. [`file`] has the formats of a run's files, [`report`] its
-//! measurements, [`render`] its pictures. Only [`output`] writes to files and to stdout.
+//! for each command. [`load`] reads scenes. [`file`] has the formats of a run's files, [`report`]
+//! its measurements, [`render`] its pictures. Only [`output`] writes to files and to stdout.
 
 mod cli;
 mod command;

@@ -1,10 +1,11 @@
-//! Scenes of Rigid-IPC: JSON with a list of bodies, each a mesh beside the file or in a folder `meshes` above it
-//! [Ferguson21].
+//! Scenes of Rigid-IPC: JSON with a list of bodies, each a mesh beside the file or in a folder
+//! `meshes` above it [Ferguson21].
 //!
-//! Read: gravity, friction, restitution, time step and length; of each body mesh (or `vertices` and `faces`),
-//! position, rotation, scale or dimensions, velocities, density, fixed directions, type, group, lasting force and
-//! torque. Convex meshes become hulls; others stay meshes if they stand, and are decomposed if they move; sheets that
-//! move get a thickness. Settings of its solver say nothing here and are listed in the notes.
+//! Read: gravity, friction, restitution, time step and length. For each body: mesh (or `vertices`
+//! and `faces`), position, rotation, scale or dimensions, velocities, density, fixed directions,
+//! type, group, lasting force and torque. Convex meshes become hulls. Others stay meshes if they
+//! stand, and are decomposed if they move. Sheets that move get a thickness. Settings of the
+//! format's solver have no use here and are listed in the notes.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -53,7 +54,8 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     };
     let mut scene = Scene::new(name, "");
     scene.config.gravity = problem.vec3_or("gravity", Vec3::ZERO)?;
-    // The format knows no sleep, and what just about slides begins more slowly than what sleeps.
+    // The format has no sleep, and a body that barely slides begins more slowly than one that
+    // sleeps.
     scene.config.sleep.enabled = false;
     if let Some(step) = root.get("timestep") {
         let hz = 1.0 / step.above_zero()?;
@@ -100,8 +102,8 @@ fn material(problem: &At<'_>) -> Result<Material, SceneError> {
     Ok(Material { friction, restitution, ..Material::default() })
 }
 
-/// Keys of the file, of its problem and of its bodies that are read. Others are told of; what begins with # is a
-/// remark.
+/// Keys of the file, of its problem and of its bodies that are read. Others are noted; a key that
+/// begins with # is a remark.
 const ROOT: [&str; 5] = ["scene_type", "rigid_body_problem", "timestep", "max_time", "name"];
 const PROBLEM: [&str; 4] =
     ["gravity", "coefficient_friction", "coefficient_restitution", "rigid_bodies"];
@@ -334,7 +336,8 @@ fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)))
 }
 
-/// How the mesh is stretched about its origin: by `dimensions`, which its box is to have, or by `scale`.
+/// How the mesh is stretched about its origin: by `dimensions`, which its box is to have, or by
+/// `scale`.
 fn scale(at: &At<'_>, triangles: &Triangles) -> Result<Vec3, SceneError> {
     if let Some(dimensions) = at.get("dimensions") {
         let (low, high) = bounds(&triangles.points);
@@ -352,7 +355,7 @@ fn scale(at: &At<'_>, triangles: &Triangles) -> Result<Vec3, SceneError> {
     }
 }
 
-/// What a mesh collides as.
+/// The shapes of a mesh on a body that moves or stands.
 fn collider(
     triangles: Triangles,
     at: &At<'_>,

@@ -111,8 +111,8 @@ mod tests {
 
     #[test]
     fn a_mirrored_parent_leaves_a_proper_rotation() {
-        // Scale (-1, 1, 1) of the parent, then a turn about z in the child: the map is a turn the other
-        // way with mirrored x.
+        // Scale (-1, 1, 1) of the parent, then a turn about z in the child: the map is a turn the
+        // other way with mirrored x.
         let turn = Quat::from_axis_angle(Vec3::Z, 0.4).to_mat3();
         let flip = Mat3::diagonal(vec3(-1.0, 1.0, 1.0));
         let m = flip * turn;

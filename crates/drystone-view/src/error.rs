@@ -12,7 +12,7 @@ pub enum ViewError {
          libxcursor1 libxi6 libxrandr2 libxkbcommon-x11-0`)"
     )]
     NoDisplay {
-        /// What the window system says.
+        /// The message of the window system.
         reason: String,
     },
     /// The window cannot be drawn on.

@@ -1,8 +1,8 @@
 //! A window on a world: watch it, stop it, turn time back, pull and shoot at it.
 //!
 //! Physics runs on a thread of its own ([`sim`]); the window (`show`) draws what that thread last
-//! gave it and sends back commands. [`history`] lets time go back. In a browser (`web`) there is one
-//! thread, and physics runs between the pictures.
+//! gave it and sends back commands. [`history`] lets time go back. In a browser (`web`) there is
+//! one thread, and physics runs between the pictures.
 
 pub mod history;
 pub mod overlay;

@@ -1,11 +1,11 @@
-//! What a window shows at first.
+//! The state of a window at its start.
 
 use std::fmt;
 
 use crate::overlay::Overlays;
 use crate::sim::{Opened, Opener};
 
-/// What a window shows at first.
+/// The state of a window at its start.
 pub struct Options {
     /// The scene at its beginning.
     pub opened: Opened,
@@ -13,7 +13,7 @@ pub struct Options {
     pub open: Opener,
     /// Whether it runs from the start.
     pub playing: bool,
-    /// What is drawn over bodies at first.
+    /// The overlays over bodies at first.
     pub overlays: Overlays,
     /// Whether the panel is seen at first; if left open, in windows that are wide enough.
     pub panel: Option<bool>,

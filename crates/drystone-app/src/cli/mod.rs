@@ -35,19 +35,19 @@ Examples:
 #[derive(Debug, Parser)]
 #[command(name = "drystone", version, about, after_help = EXAMPLES)]
 pub(crate) struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub(crate) command: Command,
 }
 
-/// What the program can do.
+/// The commands of the program.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Simulate a scene and report what happened
     Simulate(Box<Simulate>),
     /// Open a window on a scene: watch it, stop it, turn time back, pull and shoot at it
     View(View),
-    /// Run again what was recorded, and tell where it comes to something else
+    /// Run a recording again, and report where the results differ
     Replay(Replay),
     /// Measure how long a step takes: the mean of each run, its median over runs
     Bench(Bench),
@@ -57,7 +57,7 @@ pub(crate) enum Command {
     Scenes,
     /// List the stepping methods
     Methods,
-    /// Tell what was understood of a scene, and what was ignored and why
+    /// Report what was read of a scene, and what was ignored and why
     Info(Info),
     /// Write a scene as a file: of the own format, or glTF with physics
     Convert(Convert),

@@ -31,7 +31,7 @@ pub(super) fn hz(text: &str) -> Result<f32, String> {
     number(text, "a number of steps per second from 0.001 to 1e6", |hz: &f32| is_rate(*hz))
 }
 
-/// True if a world can be stepped so often a second.
+/// True if a world can have this number of steps a second.
 pub(crate) fn is_rate(hz: f32) -> bool {
     (1.0e-3..=1.0e6).contains(&hz)
 }

@@ -34,8 +34,8 @@ Exit status:
 #[derive(Args, Debug)]
 #[command(after_help = CONVERT_EXAMPLES)]
 pub(crate) struct Convert {
-    /// A built-in scene with parameters such as pyramid:base=40, or a .gltf, .glb, .obj, .urdf, .xml (MJCF)
-    /// or .json (drystone, Rigid-IPC) file
+    /// A built-in scene with parameters such as pyramid:base=40, or a .gltf, .glb, .obj, .urdf,
+    /// .xml (MJCF) or .json (drystone, Rigid-IPC) file
     #[arg(value_name = "IN", required_unless_present = "schema")]
     pub(crate) scene: Option<String>,
 
@@ -82,7 +82,7 @@ pub(crate) struct View {
     #[command(flatten)]
     pub(crate) source: Source,
 
-    /// What the world is like.
+    /// Settings of the world.
     #[command(flatten)]
     pub(crate) settings: Settings,
 
@@ -98,12 +98,12 @@ pub(crate) struct View {
     #[arg(long)]
     pub(crate) film: bool,
 
-    /// What is drawn over bodies at first
+    /// Overlays that are drawn over bodies at first
     #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',')]
     pub(crate) overlays: Vec<Overlay>,
 }
 
-/// What can be drawn over bodies.
+/// Overlays over bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Overlay {
     /// Points and normals of contacts, longer where they carry more

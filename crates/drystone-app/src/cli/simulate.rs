@@ -37,7 +37,8 @@ instruction set, machine, or on which outputs were asked for.";
 #[command(after_help = SIMULATE_EXAMPLES)]
 pub(crate) struct Simulate {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
-    /// .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file; with --resume it may be left out
+    /// .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file; with --resume it may be
+    /// left out
     #[arg(required_unless_present = "resume")]
     pub(crate) scene: Option<String>,
 
@@ -49,11 +50,11 @@ pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) length: Length,
 
-    /// What the world is like.
+    /// Settings of the world.
     #[command(flatten)]
     pub(crate) settings: Settings,
 
-    /// Who steps it.
+    /// Workers that step it.
     #[command(flatten)]
     pub(crate) workers: Workers,
 
@@ -65,7 +66,8 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) every: u64,
 
-    /// Write what happened, one JSON object a line; the last one, of type end, says that none is missing
+    /// Write what happened, one JSON object a line; the last one, of type end, says that none is
+    /// missing
     #[arg(long, value_name = "FILE.jsonl")]
     pub(crate) events: Option<PathBuf>,
 
@@ -85,9 +87,9 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "FILE")]
     pub(crate) snapshot: Option<PathBuf>,
 
-    /// Go on from a snapshot, for the further --seconds or --steps: every bit is as if the run had not
-    /// been interrupted. SCENE may be left out; it must be the one that the snapshot came from. The
-    /// world is set as it was but for what --hz, --substeps, --method and --set say now
+    /// Go on from a snapshot, for the further --seconds or --steps: every bit is as if the run had
+    /// not been interrupted. SCENE may be left out; it must be the one that the snapshot came from.
+    /// The world keeps its settings, except those that --hz, --substeps, --method and --set change
     #[arg(long, value_name = "FILE")]
     pub(crate) resume: Option<PathBuf>,
 
@@ -95,9 +97,9 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
 
-    /// Tell how right the world is at the end: where energy came from and went, momentum, overlaps,
-    /// friction, what contacts left unsolved, what is awake and why. Steps take longer with the ledger
-    /// that this needs
+    /// Report how exact the world is at the end: energy and where it came from and went, momentum,
+    /// overlaps, friction, residuals of contacts, awake bodies and why. Steps take longer, because
+    /// this keeps a ledger
     #[arg(long)]
     pub(crate) audit: bool,
 }
@@ -117,10 +119,11 @@ Exit status:
 #[derive(Args, Debug)]
 #[command(after_help = REPLAY_EXAMPLES)]
 pub(crate) struct Replay {
-    /// A recording that `simulate --record` wrote, or a journal of calls that a program wrote (`drystone::journal::Journal`)
+    /// A recording that `simulate --record` wrote, or a journal of calls that a program wrote
+    /// (`drystone::journal::Journal`)
     pub(crate) log: PathBuf,
 
-    /// Who steps it.
+    /// Workers that step it.
     #[command(flatten)]
     pub(crate) workers: Workers,
 }
@@ -128,8 +131,8 @@ pub(crate) struct Replay {
 /// `--render` and its options.
 #[derive(Args, Debug)]
 pub(crate) struct Rendering {
-    /// Draw the end of the run as a .png, or the run as a film: .mp4, .webm, .mkv or .mov (by ffmpeg),
-    /// .gif, or numbered pictures such as frame-%04d.png
+    /// Draw the end of the run as a .png, or the run as a film: .mp4, .webm, .mkv or .mov (by
+    /// ffmpeg), .gif, or numbered pictures such as frame-%04d.png
     #[arg(long, value_name = "FILE", value_parser = render_path)]
     pub(crate) render: Option<PathBuf>,
 

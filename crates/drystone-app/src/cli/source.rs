@@ -27,8 +27,8 @@ pub(crate) struct Reading {
     #[arg(long, value_name = "KIND")]
     pub(crate) auto_colliders: Option<AutoColliders>,
 
-    /// For .urdf files: whether the world holds the first link [default: auto, which holds the base of an arm
-    /// and lets what stands on several legs or wheels go]
+    /// For .urdf files: whether the world holds the first link [default: auto, which holds the base
+    /// of an arm and frees a robot on several legs or wheels]
     #[arg(long, value_name = "KIND")]
     pub(crate) base: Option<Base>,
 
@@ -37,7 +37,7 @@ pub(crate) struct Reading {
     pub(crate) ground: Option<f32>,
 }
 
-/// What a robot's first link hangs on.
+/// The base of a robot's first link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub(crate) enum Base {
     /// As its joints look
@@ -48,7 +48,7 @@ pub(crate) enum Base {
     Floating,
 }
 
-/// What a mesh without physics collides as.
+/// The collision shape of a mesh without physics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub(crate) enum AutoColliders {
     /// Its convex hull
@@ -71,7 +71,7 @@ pub(crate) struct Length {
     pub(crate) steps: Option<u64>,
 }
 
-/// What is said of the world, over what the scene says.
+/// Settings of the world, over those of the scene.
 #[derive(Args, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Settings {
     /// Steps per second [default: the scene's own, else 60]
@@ -82,7 +82,7 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub(crate) substeps: Option<u32>,
 
-    /// Stepping method (`drystone methods` tells about them) [default: the scene's own, else
+    /// Stepping method (`drystone methods` describes them) [default: the scene's own, else
     /// soft-step]
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::NAMES))]
     pub(crate) method: Option<String>,
@@ -93,7 +93,7 @@ pub(crate) struct Settings {
     pub(crate) set: Vec<(String, String)>,
 }
 
-/// Who steps a world.
+/// Workers that step a world.
 #[derive(Args, Debug)]
 pub(crate) struct Workers {
     /// Worker threads, the caller included [default: all cores]

@@ -57,14 +57,14 @@ pub(crate) fn bench(args: &Bench) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What threads gain in each scene.
+/// The gain of threads in each scene.
 fn gains(args: &Bench) -> Outcome {
     let scenes = expand(&args.scene).map_err(Failure::failed)?;
     let mut threads: Vec<usize> = args.threads.iter().map(|&n| usize::from(n)).collect();
     threads.retain(|&n| n > 1);
     threads.dedup();
     if threads.is_empty() {
-        return Err(Failure::failed("--scaling wants a number of threads above 1"));
+        return Err(Failure::failed("--scaling needs a number of threads above 1"));
     }
     let bar = progress(
         (scenes.len() * threads.len()) as u64,

@@ -37,20 +37,23 @@ struct Row {
     speed_end: f64,
     /// Kinetic energy at the end [J].
     kinetic_end: f64,
-    /// Change of kinetic and potential energy over the run, and the most that it was above the start [J].
+    /// Change of kinetic and potential energy over the run, and the most that it was above the
+    /// start [J].
     energy_change: f64,
     energy_gain: f64,
-    /// Farthest that a dynamic body is from where it was at the start: across gravity, and along it [m].
+    /// Farthest that a dynamic body is from where it was at the start: across gravity, and along it
+    /// [m].
     drift: f64,
     sink: f64,
-    /// Greatest difference of a body's velocity after one more step from what `analytic` makes of the same
-    /// state, over what gravity gives in a step; nothing where that has no answer.
+    /// Greatest difference of a body's velocity after one more step to the velocity that `analytic`
+    /// gives from the same state, over the gain by gravity in a step. Nothing where `analytic` has
+    /// no answer.
     off_analytic: Option<f64>,
-    /// Whether what should stand does; nothing where that is not asked.
+    /// Whether the scene stands, if it should; nothing if that is not measured.
     stands: Option<bool>,
     /// Bodies that left the finite numbers.
     faults: usize,
-    /// What the engine warned of before the first step.
+    /// Warnings of the engine before the first step.
     warnings: Vec<String>,
     hash: String,
 }
@@ -154,7 +157,7 @@ fn run(
     Ok((Row { warnings, off_analytic, ..row }, curve))
 }
 
-/// Contacts of a world beyond which the analytic method is not asked.
+/// Most contacts of a world for which the analytic method runs.
 const MOST_CONTACTS: usize = 2000;
 
 /// How far the world's method is from the analytic one in its next step.
@@ -347,7 +350,7 @@ fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// The files asked for, opened before the first run.
+/// The output files, opened before the first run.
 #[derive(Debug)]
 struct Files {
     json: Option<Output>,

@@ -1,4 +1,5 @@
-//! The plot of a comparison: overlap and kinetic energy over time, as SVG or PNG, on scales of powers of ten.
+//! The plot of a comparison: overlap and kinetic energy over time, as SVG or PNG, on scales of
+//! powers of ten.
 
 use std::fmt::Write as _;
 
@@ -9,7 +10,7 @@ use crate::output::{Failure, one_line};
 /// Points of a curve, about.
 pub(crate) const POINTS: u64 = 400;
 
-/// What is plotted of a run.
+/// The curve of a run.
 #[derive(Debug)]
 pub(crate) struct Curve {
     name: String,
@@ -66,7 +67,8 @@ pub(crate) fn svg(scene: &str, curves: &[Curve]) -> String {
     text
 }
 
-/// The same page as PNG, with letters that come with the program: the same picture on every machine.
+/// The same page as PNG, with letters that come with the program: the same picture on every
+/// machine.
 pub(crate) fn png(svg: &str) -> Result<Vec<u8>, Failure> {
     let failed = |e: &dyn std::fmt::Display| Failure::failed(format_args!("plot: {e}"));
     let mut fonts = usvg::fontdb::Database::new();
@@ -84,7 +86,7 @@ pub(crate) fn png(svg: &str) -> Result<Vec<u8>, Failure> {
     picture.encode_png().map_err(|e| failed(&e))
 }
 
-/// One quantity of all curves; what is below the lowest power of ten shown lies on the axis.
+/// One quantity of all curves; values below the lowest power of ten shown lie on the axis.
 fn panel(text: &mut String, top: f64, title: &str, curves: &[Curve], column: usize) {
     let values = || {
         curves

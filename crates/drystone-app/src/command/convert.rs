@@ -51,8 +51,8 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     }
     for Unsaid { what, count: often } in &unsaid {
         let often = count(*often, "time");
-        let line = one_line(&format!("{}: not said: {what}, {often}", out.display()));
-        // Nobody is left to be told if this fails.
+        let line = one_line(&format!("{}: left out: {what}, {often}", out.display()));
+        // There is nowhere to report a failure of stderr.
         let _ = writeln!(io::stderr().lock(), "{line}");
     }
     if args.strict && !unsaid.is_empty() {
@@ -88,8 +88,8 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Path, from the folder of the file to be written, of the file that says what its bodies look like; `None` if that is not beside or
-/// below it.
+/// Path, from the folder of the file to be written, of the file that says what its bodies look
+/// like; `None` if that is not beside or below it.
 fn visuals(loaded: &Loaded, file: &Path, out: &Path) -> Option<String> {
     let path = match loaded {
         Loaded::Gltf(_) | Loaded::Obj(_) if !loaded.scene().visuals.is_empty() => {

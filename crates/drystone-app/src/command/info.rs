@@ -63,7 +63,7 @@ pub(crate) fn methods() -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Scenes of no more than so many bodies are told about body by body.
+/// Most bodies of a scene that are listed one by one.
 const LISTED: usize = 40;
 
 /// Tells what was understood of a scene.

@@ -1,4 +1,4 @@
-//! `drystone replay`: runs a log or a journal again, and tells where it comes to something else.
+//! `drystone replay`: runs a log or a journal again, and reports where the results differ.
 
 use std::process::ExitCode;
 
@@ -100,7 +100,7 @@ fn replay_journal(args: &Replay) -> Outcome {
 /// The stage and the body that differ first.
 fn difference(now: &StepHashes, then: &StepHashes, bodies: &[usize], running: &Running) -> String {
     let first = now.stages.first_difference(&then.stages);
-    // Of all that is compared only bodies are hashed twice.
+    // Only the hashes of bodies are computed twice.
     let stage = first.unwrap_or(Stage::Finalize).name();
     let Some(number) = bodies.first() else {
         return format!("stage {stage} comes to something else, at no body yet");

@@ -25,7 +25,7 @@ use crate::settings::time_of;
 /// Status of a run that finished with a fault.
 const FAULTED: u8 = 3;
 
-/// Simulates a scene and writes what was asked for.
+/// Simulates a scene and writes the outputs.
 pub(crate) fn simulate(args: &Simulate) -> Outcome {
     check_paths(args)?;
     if args.rendering.render.is_some() {
@@ -49,13 +49,13 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if args.audit {
         running.world.begin_ledger();
     }
-    // Of what is not recorded nobody asks where it began.
+    // Only a recording needs the state at the start.
     let from = match (&saved, &args.record) {
         (Some(_), Some(_)) => Some(start.snapshot(&recipe, scene, &running, 0)?),
         _ => None,
     };
     let header = Header { recipe, hz, from };
-    // Before the first file: what is not whole is removed whenever Ctrl-C comes.
+    // Before the first file: files that are not whole are removed on Ctrl-C.
     let stop = output::stop_on_interrupt();
     let mut outputs = Outputs::create(args, &running, time_of(steps, hz), &header)?;
     let Header { recipe, .. } = header;
@@ -105,7 +105,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     Ok(if measure.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FAULTED) })
 }
 
-/// What is run: the scene that is asked for, or the one of the snapshot.
+/// The scene to run: the one on the command line, or that of the snapshot.
 fn recipe_of(args: &Simulate, saved: Option<&Snapshot>) -> Result<Recipe, Failure> {
     let Some(Snapshot { recipe, .. }) = saved else {
         let scene = args.scene.clone().unwrap_or_default();
@@ -122,7 +122,7 @@ fn recipe_of(args: &Simulate, saved: Option<&Snapshot>) -> Result<Recipe, Failur
     Ok(Recipe { source: Source { scene, ..recipe.source.clone() }, ..recipe.clone() })
 }
 
-/// Changes what is said of a world that goes on.
+/// Changes the settings of a world that goes on.
 fn set_again(running: &mut Running, settings: &Settings) -> Result<(), Failure> {
     let mut config = running.world.config().clone();
     settings.apply(&mut config)?;
@@ -137,7 +137,7 @@ fn set_again(running: &mut Running, settings: &Settings) -> Result<(), Failure> 
 struct Start {
     /// Steps that were taken before.
     step: u64,
-    /// How much later it is than so many steps take [s]: 0 unless the length of a step has changed.
+    /// Time beyond that of its steps [s]: 0 unless the length of a step has changed.
     shift: f64,
     hz: f32,
 }
@@ -149,12 +149,12 @@ impl Start {
         Self { step, shift, hz }
     }
 
-    /// Time after so many more steps [s].
+    /// Time after `done` more steps [s].
     fn time(&self, done: u64) -> f64 {
         time_of(self.step + done, self.hz) + self.shift
     }
 
-    /// The run after so many more steps.
+    /// The run after `done` more steps.
     fn snapshot(
         &self,
         recipe: &Recipe,
@@ -217,7 +217,7 @@ fn full_path(path: &Path) -> PathBuf {
     }
 }
 
-/// The files asked for.
+/// The output files.
 struct Outputs {
     names: Names,
     trace: Option<Trace>,
@@ -230,8 +230,8 @@ struct Outputs {
 }
 
 impl Outputs {
-    /// Opens them all, so that a bad path is found before the run, not after it.
-    /// `running` is as the run begins, `seconds` how long it is to be, `header` what is run.
+    /// Opens them all, so that a bad path is found before the run, not after it. `running` is as
+    /// the run begins, `seconds` how long it is to be, `header` the head of a recording.
     fn create(
         args: &Simulate,
         running: &Running,

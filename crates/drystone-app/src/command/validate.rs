@@ -73,7 +73,7 @@ fn read_known(path: &Path) -> Result<Known, Failure> {
     Known::parse(&text).map_err(|e| named(&e))
 }
 
-/// Tells on stderr what a list of known failures says.
+/// Prints the notes of a list of known failures on stderr.
 fn judge(known: &Known, table: &Table) -> ExitCode {
     let found = known.compare(table);
     for line in &found.mended {

@@ -65,7 +65,7 @@ pub(crate) fn view(args: &View) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Opens a scene, with what the command line says of all scenes.
+/// Opens a scene, with the settings that the command line has for all scenes.
 fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Opened, Failure> {
     let size = std::fs::metadata(Path::new(&source.scene)).map_or(0, |m| m.len());
     if size > MOST_BYTES {

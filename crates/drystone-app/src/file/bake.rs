@@ -17,7 +17,7 @@ struct Track {
     poses: Vec<Pose>,
 }
 
-/// What became of a body so far.
+/// The state of a body in the baked file so far.
 #[derive(Debug)]
 struct Follow {
     /// Its track, by its place among those of the scene or of the pieces.
@@ -32,11 +32,11 @@ struct Follow {
 pub(crate) struct Bake {
     path: PathBuf,
     times: Vec<f32>,
-    /// Of the bodies that scene and script bring, and of those that bodies broke into. A body that lost some of
-    /// its shapes goes on as one of these.
+    /// Tracks of the bodies that scene and script bring, and of the pieces that bodies broke into.
+    /// A body that lost some of its shapes goes on as a piece.
     own: Vec<Track>,
     pieces: Vec<(SceneBody, Track)>,
-    /// Of each body of the run, in the order in which they came.
+    /// The state of each body of the run, in the order in which they came.
     follow: Vec<Follow>,
 }
 
@@ -53,11 +53,12 @@ impl Bake {
         })
     }
 
-    /// Adds the poses at `time` [s]; of static bodies too: one without any is taken for one that never came.
+    /// Adds the poses at `time` [s]; of static bodies too: one without any is taken for one that
+    /// never came.
     pub(crate) fn add(&mut self, time: f64, running: &Running) {
         let time = seconds(time);
         if self.times.last().is_some_and(|&last| last >= time) {
-            // Steps shorter than what f32 tells apart.
+            // The step is too short for times in f32.
             return;
         }
         let frame = self.times.len();
@@ -104,7 +105,7 @@ impl Bake {
 
     /// Writes the file; returns its path.
     pub(crate) fn finish(mut self, loaded: &Loaded) -> Result<PathBuf, Failure> {
-        // Those that the script has not brought yet.
+        // Bodies that the script has not brought yet.
         let scene = loaded.scene();
         self.own.resize_with(scene.bodies.len() + scene.script.joining().count(), Track::default);
         let (pieces, tracks): (Vec<SceneBody>, Vec<Track>) = self.pieces.into_iter().unzip();
@@ -126,7 +127,7 @@ impl Bake {
     }
 }
 
-/// What a body looks like now.
+/// A body as it looks now.
 fn look(world: &World, body: &BodyRef<'_>, name: String) -> SceneBody {
     let shapes = body.shapes().filter_map(|id| world.shape(id));
     let shapes = shapes.map(|s| ShapeDef {

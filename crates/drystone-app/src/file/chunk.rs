@@ -1,15 +1,16 @@
-//! Files of this program's own: a line that tells what they are, then chunks, each with its length and checksum.
+//! Files of this program's own: a line with their kind, then chunks, each with its length and
+//! checksum.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Of all such files; goes up whenever what is in them changes.
+/// Version of all such files; it goes up whenever their content changes.
 const VERSION: u32 = 1;
 
 /// Length and checksum.
 const HEAD: usize = 8 + 4;
 
-/// First bytes of a file of a kind, which is told in eight letters.
+/// First bytes of a file of a kind, which has eight letters.
 pub(crate) fn title(kind: [u8; 8]) -> Vec<u8> {
     [&kind[..], &VERSION.to_le_bytes()].concat()
 }
@@ -17,7 +18,8 @@ pub(crate) fn title(kind: [u8; 8]) -> Vec<u8> {
 /// Why a file was not understood, for a message that names it.
 pub(crate) type Trouble = String;
 
-/// What follows the title, in a file of this kind; `called` says what such a file is.
+/// The bytes after the title, in a file of this kind; `called` is the name of such a file in
+/// errors.
 pub(crate) fn after_title<'a>(
     bytes: &'a [u8],
     kind: [u8; 8],

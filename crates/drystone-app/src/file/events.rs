@@ -1,4 +1,5 @@
-//! The event file: each line is one JSON object, an event of a step. The last line tells how many lines came before it.
+//! The event file: each line is one JSON object, an event of a step. The last line has the number
+//! of lines before it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -152,7 +153,7 @@ struct Fault {
     call: Option<&'static str>,
 }
 
-/// What the last line adds to step, time and type.
+/// The members that the last line adds to step, time and type.
 #[derive(Serialize)]
 struct End {
     /// Lines before this one.
@@ -281,8 +282,8 @@ impl EventLog {
         self.output.write(&text)
     }
 
-    /// Adds the last line and gives the file its name; returns the path. `step` is the last step of the run, and `time`
-    /// [s] is when it ended.
+    /// Adds the last line and gives the file its name; returns the path. `step` is the last step of
+    /// the run, and `time` [s] is when it ended.
     pub(crate) fn finish(mut self, step: u64, time: f64) -> Result<PathBuf, Failure> {
         let lines = self.lines;
         self.line(step, time, "end", End { lines })?;

@@ -1,4 +1,4 @@
-//! `simulate --record`: a log of a run that can be run again, with what each step came to.
+//! `simulate --record`: a log of a run that can be run again, with the hashes of each step.
 
 use std::path::{Path, PathBuf};
 
@@ -10,10 +10,11 @@ use super::chunk;
 use super::snapshot::{Recipe, Snapshot};
 use crate::output::{Failure, Output};
 
-/// What such a file begins with.
+/// First bytes of such a file.
 pub(crate) const KIND: [u8; 8] = *b"drystlog";
 
-/// The first chunk of a log: what was run. A chunk for the start and one for each step follow, then the end.
+/// The first chunk of a log: what was run. A chunk for the start and one for each step follow, then
+/// the end.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Header {
     /// How the scene is made.
@@ -24,12 +25,13 @@ pub(crate) struct Header {
     pub(crate) from: Option<Snapshot>,
 }
 
-/// What a step came to.
+/// Hashes after a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StepHashes {
     /// A hash for each stage, as [`drystone::World::stage_hashes`] gives them.
     pub(crate) stages: StageHashes,
-    /// Numbers of the bodies whose hashes are no more what they were after the step before, with the new ones.
+    /// Numbers of the bodies whose hashes differ from those after the step before, with the new
+    /// ones.
     pub(crate) bodies: Vec<(u32, u32)>,
 }
 
@@ -44,8 +46,8 @@ struct End {
     steps: u64,
 }
 
-/// True if `bytes` are the last chunk of a log of `steps` steps, and nothing else. A step cannot be taken for it: its
-/// chunk begins with hashes, where this one has [`END`].
+/// True if `bytes` are the last chunk of a log of `steps` steps, and nothing else. A step cannot be
+/// taken for it: its chunk begins with hashes, where this one has [`END`].
 pub(crate) fn is_end(bytes: &[u8], steps: u64) -> bool {
     let mut rest = bytes;
     let end: Option<End> = chunk::take(&mut rest);
@@ -59,7 +61,7 @@ pub(crate) struct BodyHashes {
 }
 
 impl BodyHashes {
-    /// What the last step came to.
+    /// Hashes after the last step.
     pub(crate) fn step(&mut self, running: &Running) -> StepHashes {
         let stages = running.world.stage_hashes();
         let mut bodies = Vec::new();
@@ -75,7 +77,7 @@ impl BodyHashes {
         StepHashes { stages, bodies }
     }
 
-    /// Takes over what a step changed.
+    /// Takes over the changes of a step.
     pub(crate) fn apply(&mut self, bodies: &[(u32, u32)]) {
         for &(number, hash) in bodies {
             // Bodies come in the order of their numbers.
@@ -104,7 +106,7 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// Opens the file and writes what is run.
+    /// Opens the file and writes the run's header.
     pub(crate) fn create(path: &Path, header: &Header) -> Result<Self, Failure> {
         let mut output = Output::create(path)?;
         output.write(&chunk::title(KIND))?;

@@ -10,15 +10,15 @@ use crate::cli::{Settings, Source, is_rate};
 use crate::load::{Loaded, build, load_with, refused};
 use crate::output::{Failure, Output, probe, read};
 
-/// What such a file begins with.
+/// First bytes of such a file.
 const KIND: [u8; 8] = *b"drystrun";
 
-/// What a user says to get a scene.
+/// The command line that gives a scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Recipe {
     /// The scene.
     pub(crate) source: Source,
-    /// What is said of its world.
+    /// The settings of its world.
     pub(crate) settings: Settings,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Snapshot {
 }
 
 impl Snapshot {
-    /// Of a run of `scene` as it is now.
+    /// The snapshot of a run of `scene` as it is now.
     pub(crate) fn of(
         recipe: &Recipe,
         scene: &Scene,
@@ -68,7 +68,7 @@ impl Snapshot {
         Err(wrong("its time is out of range"))
     }
 
-    /// The run, of `scene`, which the user calls `source`; `file` is what it was read from.
+    /// The run, of `scene`, which the user calls `source`; `file` is the file it was read from.
     fn resume(&self, scene: &Scene, source: &str, file: &Path) -> Result<Running, Failure> {
         scene.resume(&self.run).map_err(|e| match e {
             ResumeError::OtherScene => Failure::failed(format_args!(
@@ -98,7 +98,7 @@ pub(crate) fn begin(
 pub(crate) struct SnapshotFile(PathBuf);
 
 impl SnapshotFile {
-    /// The file can be written; what is in it stays until then.
+    /// The file can be written; its old content stays until then.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
         probe(path)?;
         Ok(Self(path.to_owned()))

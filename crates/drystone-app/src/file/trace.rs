@@ -1,6 +1,7 @@
 //! The trajectory as CSV: one row a body and kept step.
 //!
-//! No line says that the file is whole, for readers of CSV would take it for a row: it has its name when it is.
+//! No line says that the file is whole, for readers of CSV would take it for a row: it has its name
+//! when it is.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,7 @@ pub(crate) struct Trace {
 }
 
 impl Trace {
-    /// Opens the file and writes the header. Of the steps every `every`-th is kept, 0 among them.
+    /// Opens the file and writes the header. Every `every`-th step is kept, step 0 among them.
     pub(crate) fn create(path: &Path, every: u64) -> Result<Self, Failure> {
         let mut output = Output::create(path)?;
         output.write(HEADER)?;
@@ -76,10 +77,10 @@ impl Trace {
     }
 }
 
-/// What a row tells of a body, or of a link that is one with it.
+/// The motion in a row: of a body, or of a link that is one with it.
 struct State {
     pose: Pose,
-    /// Of its own center of mass [m/s, world].
+    /// Velocity of its own center of mass [m/s, world].
     velocity: Vec3,
     /// [rad/s, world]
     spin: Vec3,

@@ -1,4 +1,4 @@
-//! `--render` in a build without a renderer: what can be asked for is read, and refused.
+//! `--render` in a build without a renderer: its options are read, and refused.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;

@@ -19,7 +19,7 @@ pub(crate) struct Render {
     camera: CameraSpec,
     canvas: Canvas,
     gatherer: Gatherer,
-    /// What the picture is about at the start, which a film never loses.
+    /// The subject of the picture at the start, which a film always keeps in view.
     start: Subject,
     follow: Follow,
     /// Frames a second and the file, of a film.
@@ -28,13 +28,13 @@ pub(crate) struct Render {
     frames: u64,
     /// Length of the run [s].
     seconds: f64,
-    /// What bodies look like, and whether collision shapes are drawn in its place.
+    /// The visuals of bodies, and whether collision shapes are drawn in their place.
     look: (Arc<Visuals>, bool),
 }
 
 impl Render {
-    /// Opens the device and the file. `running` is as the run begins, `seconds` how long it will be, `hz`
-    /// its steps a second.
+    /// Opens the device and the file. `running` is as the run begins, `seconds` how long it will
+    /// be, `hz` its steps a second.
     pub(crate) fn create(
         path: &Path,
         camera: CameraSpec,
@@ -83,7 +83,7 @@ impl Render {
         Ok(())
     }
 
-    /// Writes what is left to write; `world` is as the run ended. Returns the path.
+    /// Writes the rest; `world` is as the run ended. Returns the path.
     pub(crate) fn finish(mut self, world: &World) -> Result<PathBuf, Failure> {
         if let Some((_, encoder)) = self.film {
             encoder.finish()?;
@@ -120,8 +120,8 @@ impl Render {
 }
 
 /// Starts the program again with a folder for the run time of the display's programs, if there is
-/// none. Mesa's software renderer looks there for a display even to draw without one, and tells
-/// stderr of two errors that are none.
+/// none. Mesa's software renderer looks there for a display even to draw without one, and prints
+/// two errors that are none.
 pub(crate) fn quiet_driver() {
     #[cfg(target_os = "linux")]
     {

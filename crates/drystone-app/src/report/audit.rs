@@ -8,10 +8,11 @@ use super::page::{Page, count, si};
 use crate::file::events::Names;
 use crate::output::one_line;
 
-/// Of so many awake bodies at most it is asked why, evenly over all: each answer goes through a whole island.
+/// Most awake bodies whose cause is looked up, evenly over all: each lookup goes through a whole
+/// island.
 const ASKED: usize = 20;
 
-/// So many different answers are told.
+/// Most different causes that are listed.
 const TOLD: usize = 5;
 
 /// The `audit` object of a report.
@@ -117,7 +118,7 @@ struct Awake {
 }
 
 impl AuditReport {
-    /// Of a world as it is now.
+    /// The audit of a world as it is now.
     pub(crate) fn of(world: &World, names: &Names) -> Self {
         let audit = world.audit();
         let between = |pair: ContactPair| [names.of(pair.body_a), names.of(pair.body_b)];

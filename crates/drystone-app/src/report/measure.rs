@@ -1,5 +1,5 @@
 //! Measurements of a run. They are taken between steps, outside the timed part, and always in full:
-//! a report says the same whatever else was asked for.
+//! a report does not depend on the other outputs.
 
 use std::time::Duration;
 
@@ -9,13 +9,13 @@ use drystone_bench::{Series, count_as_f64, milliseconds};
 
 use crate::output::one_line;
 
-/// Hashes are kept every so many steps.
+/// Steps between hashes that are kept.
 const HASH_EVERY: u64 = 60;
 
 /// Mechanical energy [J].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Energy {
-    /// Of motion.
+    /// Energy of motion.
     pub(crate) kinetic: f64,
     /// In the field of gravity, against the world's origin.
     pub(crate) potential: f64,
@@ -32,7 +32,7 @@ impl Energy {
     }
 }
 
-/// What is measured of a run.
+/// Measurements of a run.
 #[derive(Debug)]
 pub(crate) struct Measure {
     /// Time of each step [ms].
@@ -45,7 +45,7 @@ pub(crate) struct Measure {
     pub(crate) penetration: Series,
     /// Deepest overlap of a particle with a shape [m], after each step or every 60.
     pub(crate) particle_penetration: Series,
-    /// What a rod or thread is off its length at most after each step [m].
+    /// Largest length error of a rod or thread after each step [m].
     pub(crate) link_error: Series,
     /// Links that tore.
     pub(crate) tears: usize,
@@ -60,12 +60,12 @@ pub(crate) struct Measure {
     momentum_start: Vec3,
     /// Step and state hash, every 60 steps.
     pub(crate) hashes: Vec<(u64, u64)>,
-    /// What went wrong.
+    /// Faults of the run.
     pub(crate) faults: Vec<Fault>,
 }
 
 impl Measure {
-    /// Of a run that starts from `world`.
+    /// Measurements of a run that starts from `world`.
     pub(crate) fn new(world: &World) -> Self {
         let energy = Energy::of(world);
         Self {
@@ -96,7 +96,7 @@ impl Measure {
         }
         self.contacts.push(count_as_f64(touching));
         self.contacts_max = self.contacts_max.max(touching);
-        // Looked for in every step only where there are few: it asks the trees for each particle.
+        // Measured in every step only if there are few particles: each needs a query of the trees.
         if counts_particles(world, step) {
             self.particle_penetration.push(f64::from(world.particle_penetration()));
         }

@@ -1,4 +1,4 @@
-//! What a run came to: as JSON for programs, as text for people.
+//! The report of a run: as JSON for programs, as text for people.
 
 use std::path::PathBuf;
 
@@ -32,11 +32,11 @@ pub(crate) struct Run<'a> {
     pub(crate) steps: u64,
     /// Time simulated [s].
     pub(crate) seconds: f64,
-    /// Steps asked for; more than were made after Ctrl-C.
+    /// Steps that were requested; more than were made after Ctrl-C.
     pub(crate) asked: u64,
     /// Measurements.
     pub(crate) measure: &'a Measure,
-    /// Whether the audit is told to people too.
+    /// Whether the text has the audit too.
     pub(crate) audit: bool,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Report {
     momentum_drift: f32,
     penetration: Penetration,
     joint_error: JointError,
-    /// Of scenes that have any.
+    /// Only for scenes that have any.
     #[serde(skip_serializing_if = "Option::is_none")]
     particles: Option<Particles>,
     asleep_end: usize,
@@ -134,10 +134,11 @@ struct Particles {
     links: usize,
     asleep: usize,
     torn: usize,
-    /// Deepest in a shape [m]: of all steps (above 2,000 particles of every 60th), and the last of those.
+    /// Deepest in a shape [m]: of all steps (above 2,000 particles of every 60th), and the last of
+    /// those.
     penetration_max: f64,
     penetration_end: f64,
-    /// What a rod or thread is off its length [m]: at most over all steps, and at the end.
+    /// Length error of a rod or thread [m]: the largest over all steps, and at the end.
     link_error_max: f64,
     link_error_end: f64,
 }
@@ -192,7 +193,7 @@ fn in_order<S: Serializer>(stages: &[(&str, f64)], to: S) -> Result<S::Ok, S::Er
 }
 
 impl Report {
-    /// Of a run whose stages took these mean times [ms].
+    /// The report of a run whose stages took these mean times [ms].
     pub(crate) fn new(run: &Run<'_>, stages_ms: Vec<(&'static str, f64)>) -> Self {
         let (measure, world) = (run.measure, &run.running.world);
         let (config, counts) = (world.config(), world.counts());

@@ -22,7 +22,7 @@ fn pieces_of_what_breaks_have_names_rows_and_nodes_from_when_they_come() {
     ];
     succeed(&folder, &[&args[..], &["--events", "e.jsonl", "--threads", "2"]].concat());
 
-    // Who broke when, into what.
+    // The bodies that broke, with their steps and pieces.
     let lines = fs::read_to_string(folder.join("e.jsonl")).unwrap();
     let events: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let broken: Vec<&Value> = events.iter().filter(|e| e["type"] == "fracture").collect();
@@ -49,7 +49,8 @@ fn pieces_of_what_breaks_have_names_rows_and_nodes_from_when_they_come() {
         }
     }
 
-    // The baked file: each piece is a node without size at first, the whole body one without size at last.
+    // The baked file: each piece is a node without size at first, the whole body one without size
+    // at last.
     let file = fs::read(folder.join("f.glb")).unwrap();
     let length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
     let json: Value = serde_json::from_slice(&file[20..20 + length]).unwrap();

@@ -74,7 +74,8 @@ fn bench_refuses_what_it_cannot_measure() {
 
 #[test]
 fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
-    // Free fall is within what it must; in gravity 100,000 times as strong a rounding of the speed is not.
+    // Free fall is within what it must; in gravity 100,000 times as strong a rounding of the speed
+    // is not.
     let here = folder("validate");
     let drystone = |args: &[&str]| drystone(&here, args);
     let good = drystone(&["validate", "--only", "A1,a2"]);

@@ -213,7 +213,7 @@ fn what_stands_still_is_seen_in_a_baked_file() {
         if film { drystone_scene::gltf::film(loaded).unwrap() } else { loaded.scene }
     };
     let bytes = fs::read(folder.join("b.glb")).unwrap();
-    // What a film brings later than at its beginning is none of its bodies.
+    // Bodies that a film brings later are none of its bodies at its beginning.
     let (film, scene) = (read(&bytes, true), read(&bytes, false));
     assert!(scene.bodies.len() >= 3, "a ground and two that fall");
     assert_eq!(film.bodies.len(), scene.bodies.len());

@@ -111,7 +111,7 @@ fn a_recorded_run_is_replayed_and_told_where_it_goes_another_way() {
 
     let log = fs::read(folder.join("run.log")).unwrap();
     assert!(!told.contains("cut off"), "{told}");
-    // The end, with its head of 12 bytes, tells of 40 steps.
+    // The end, with its head of 12 bytes, counts 40 steps.
     let end = 12 + 1 + "whole log".len() + 1;
     for (cut, steps) in [(3, 40), (end, 40), (end + 3, 39)] {
         fs::write(folder.join("cut.log"), &log[..log.len() - cut]).unwrap();

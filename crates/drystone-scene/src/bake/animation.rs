@@ -93,7 +93,8 @@ pub(super) fn add(
     Ok(())
 }
 
-/// A viewer shows a scene: makes one of all roots if there is none, and says which if that is left open.
+/// A viewer shows a scene: makes one of all roots if there is none, and says which if that is left
+/// open.
 fn show_a_scene(json: &mut Value, tree: &Tree) {
     if list(json, "scenes").is_empty() {
         let root = |n: &usize| tree.nodes[*n].parent.is_none();
@@ -191,8 +192,8 @@ fn thin(count: usize, error: impl Fn(usize, usize, usize) -> f32) -> Vec<usize> 
     let mut keep = vec![false; count];
     keep[0] = true;
     keep[count - 1] = true;
-    // Short spans first: bouncing and rolling bodies need many keys, and a long span costs its length
-    // at every level.
+    // Short spans first: bouncing and rolling bodies need many keys, and a long span costs its
+    // length at every level.
     const SPAN: usize = 256;
     let mut spans: Vec<(usize, usize)> = Vec::new();
     let mut from = 0;

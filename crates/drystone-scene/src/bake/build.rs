@@ -13,7 +13,8 @@ use crate::read::json::At;
 use crate::read::obj::Object;
 use crate::scene::{Scene, SceneBody, SceneJoint};
 
-/// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
+/// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by
+/// turns.
 const COLORS: [[f32; 3]; 9] = [
     [0.32, 0.34, 0.36],
     [0.80, 0.55, 0.10],
@@ -28,15 +29,15 @@ const COLORS: [[f32; 3]; 9] = [
 const MOVING: usize = 3;
 const PHYSICS: &str = "KHR_physics_rigid_bodies";
 
-/// What is made so far.
+/// A document under construction.
 struct Build {
     json: Value,
-    /// What goes into buffer `buffer`.
+    /// The bytes of buffer `buffer`.
     bytes: Vec<u8>,
     buffer: usize,
     /// Number of the first of [`COLORS`] among the document's materials.
     first_color: usize,
-    /// Meshes by what they show: shape, color, number.
+    /// Meshes by shape and color, with their numbers.
     meshes: Vec<(ShapeKey, usize, usize)>,
     implicit: Vec<Value>,
     materials: Vec<Material>,
@@ -67,8 +68,8 @@ fn shape_key(shape: &Shape) -> ShapeKey {
     ShapeKey(shape.kind(), numbers.map(f32::to_bits), identity)
 }
 
-/// The document of a scene and the node of each of its bodies, then of those that its script brings, then of the
-/// pieces.
+/// The document of a scene and the node of each of its bodies, then of those that its script
+/// brings, then of the pieces.
 pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<usize>) {
     let mut build = Build::new(&scene.name);
     build.json["asset"]["extras"]["gravity"] = json!(scene.config.gravity.to_array());
@@ -76,7 +77,7 @@ pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<us
     let mut shapes = bodies().flat_map(|b| &b.def.shapes);
     build.filtered = shapes.any(|s| s.filter != Filter::default());
     let mut nodes: Vec<usize> = bodies().enumerate().map(|(i, b)| build.body(b, i)).collect();
-    // Physics that is read back must not have them beside what they come from.
+    // Physics that is read back must not have them beside the bodies that they were parts of.
     let physical = list(&mut build.json, "nodes").len();
     for piece in pieces {
         nodes.push(build.body(piece, nodes.len()));
@@ -103,7 +104,8 @@ pub(super) fn physics(scene: &Scene) -> Document {
     for joint in &scene.joints {
         build.joint(joint, &nodes);
     }
-    // A scale that is said is read without rounding; that of a turned node without one comes from its matrix.
+    // A scale that is said is read without rounding; that of a turned node without one comes from
+    // its matrix.
     for node in list(&mut build.json, "nodes") {
         if node.get("rotation").is_some() {
             node["scale"] = json!([1.0, 1.0, 1.0]);
@@ -131,7 +133,8 @@ fn color(def: &BodyDef, shape: &ShapeDef, number: usize) -> usize {
     }
 }
 
-/// The document that was read; if it has nothing to look at, with a node for each shape of each body.
+/// The document that was read; if it has nothing to look at, with a node for each shape of each
+/// body.
 pub(super) fn shown(loaded: &LoadedGltf) -> Document {
     let document = &loaded.document;
     let root = At::root(&document.json);
@@ -391,7 +394,7 @@ impl Build {
                 "frictionCombine": rule(m.friction_combine),
                 "restitutionCombine": rule(m.restitution_combine),
             });
-            // The extension has no such rule; our reader knows it by this.
+            // The extension has no such rule; this crate's reader recognizes it by this mark.
             let rules = [(COMBINE[0], m.friction_combine), (COMBINE[1], m.restitution_combine)];
             for (key, _) in rules.iter().filter(|(_, rule)| *rule == Combine::GeometricMean) {
                 material["extras"][*key] = json!(GEOMETRIC_MEAN);

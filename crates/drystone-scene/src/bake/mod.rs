@@ -50,8 +50,8 @@ pub fn write_objects(
 }
 
 /// Writes a scene that comes from no file, with meshes made for its shapes, and `motion` as its
-/// animation. The bodies that the scene's script brings count as bodies after all others, and then come
-/// those that bodies broke into: they are to be seen, and no part of the scene's physics.
+/// animation. In `motion`, the bodies of the scene come first, then those that its script adds,
+/// then the pieces that bodies broke into. Pieces are visible, but no part of the scene's physics.
 ///
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.
@@ -78,8 +78,9 @@ fn animated(
         .map_err(|e| e.in_file(path))
 }
 
-/// Writes a scene as glTF with physics, with meshes made for its shapes: motion, colliders, triggers, materials, filters, and
-/// joints with their limits and drives. [`unsaid`] tells what is left out. The file has its name when it is whole.
+/// Writes a scene as glTF with physics, with meshes made for its shapes: motion, colliders,
+/// triggers, materials, filters, and joints with their limits and drives. [`unsaid`] lists the
+/// features that are left out. The file has its name when it is whole.
 ///
 /// # Errors
 /// If the file cannot be written.

@@ -9,11 +9,11 @@ use crate::scene::Scene;
 pub struct Motion {
     /// Times, rising [s].
     pub times: Vec<f32>,
-    /// Poses of each body's origin at these times [world], `[body][time]`. A shorter list belongs to
-    /// the last times: the body appeared later and is hidden before.
+    /// Poses of each body's origin at these times [world], `[body][time]`. A shorter list belongs
+    /// to the last times: the body appeared later and is hidden before.
     pub poses: Vec<Vec<Pose>>,
-    /// Of each body, at how many of the last times it was gone: its poses are those before, and it is hidden
-    /// again. Bodies beyond the end of the list stay.
+    /// Number of the last times at which each body was gone. Its poses are those before, and it is
+    /// hidden again. Bodies beyond the end of the list stay.
     pub gone: Vec<usize>,
 }
 

@@ -56,7 +56,7 @@ pub(super) fn motion(def: &BodyDef) -> Value {
             motion["mass"] = json!(mass);
             return motion;
         }
-        // What a reader assumes by itself needs no numbers.
+        // A reader assumes this by itself, so no numbers are written.
         MassDef::FromShapes
             if def.shapes.iter().all(|s| s.sensor || (s.density - 1000.0).abs() <= 0.0) =>
         {

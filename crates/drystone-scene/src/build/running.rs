@@ -26,7 +26,7 @@ pub enum BuildError {
     Body {
         /// Its name.
         name: String,
-        /// What is wrong with it.
+        /// The engine's error.
         #[source]
         error: DefError,
     },
@@ -37,7 +37,7 @@ pub enum BuildError {
         number: usize,
         /// The names of its two bodies.
         bodies: String,
-        /// What is wrong with it.
+        /// The engine's error.
         #[source]
         error: DefError,
     },
@@ -46,7 +46,7 @@ pub enum BuildError {
     Coupling {
         /// Its number in the scene, from 0.
         number: usize,
-        /// What is wrong with it.
+        /// The engine's error.
         #[source]
         error: DefError,
     },
@@ -55,7 +55,7 @@ pub enum BuildError {
     Strand {
         /// Its name.
         name: String,
-        /// What is wrong with it.
+        /// The engine's error.
         #[source]
         error: DefError,
     },
@@ -85,7 +85,7 @@ pub enum BuildError {
     /// A joint or the script names a body that the scene does not have.
     #[error("{user} names body number {number}, the scene has {bodies} bodies")]
     NoSuchBody {
-        /// Who names it.
+        /// The thing that names it.
         user: String,
         /// The number given.
         number: usize,
@@ -94,17 +94,18 @@ pub enum BuildError {
     },
 }
 
-/// A scene that runs. Serde leaves out its world and what the scene says: [`Scene::save`] keeps both together.
+/// A scene that runs. Serde leaves out its world and the data of the scene: [`Scene::save`] keeps
+/// both together.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Running {
-    /// The world. Whoever steps it directly leaves the script out.
+    /// The world. If you step it directly, the script does not run.
     #[serde(skip)]
     pub world: World,
-    /// Its bodies in the order in which they came, those that are gone too. Those that others broke into are
-    /// among them after [`Self::after_step`].
+    /// Its bodies in the order in which they came, including those that are gone. Pieces that
+    /// others broke into are among them after [`Self::after_step`].
     pub bodies: Vec<BodyId>,
-    /// Their names. Pieces of a body `wall` are `wall piece 1`, `wall piece 2`, … in the order in which they came
-    /// off, pieces of its pieces too.
+    /// Their names. Pieces of a body `wall` are `wall piece 1`, `wall piece 2`, … in the order in
+    /// which they came off, pieces of its pieces too.
     pub names: Vec<String>,
     /// Its joints in the order of the scene, then of the script.
     pub joints: Vec<JointId>,
@@ -115,10 +116,10 @@ pub struct Running {
     /// Named places on its bodies, as the scene has them.
     #[serde(skip)]
     pub frames: Vec<SceneFrame>,
-    /// What it looks like, as the scene has it.
+    /// Its visuals, as the scene has them.
     #[serde(skip)]
     pub visuals: Arc<Visuals>,
-    /// Those that scene and script brought.
+    /// Number of bodies that the scene and its script brought.
     pub(super) brought: Vec<BodyId>,
     /// Number of the body that a piece came from at first.
     pub(super) origins: BTreeMap<BodyId, usize>,
@@ -325,7 +326,7 @@ impl Running {
         number.map_or("", |n| &self.names[n])
     }
 
-    /// Bodies leave and join, as a script wants it.
+    /// Bodies leave and join, as the script says.
     ///
     /// # Errors
     /// The engine refuses a body or a joint, or a joint names a body that is not there.
@@ -343,7 +344,8 @@ impl Running {
         Ok(())
     }
 
-    /// Learns the bodies that others broke into in the last step. Does nothing when it is called again.
+    /// Learns the bodies that others broke into in the last step. Does nothing when it is called
+    /// again.
     pub fn after_step(&mut self) {
         let events = self.world.events();
         let known = |id: &BodyId| self.origins.contains_key(id);
@@ -380,10 +382,10 @@ impl Running {
         self.steps
     }
 
-    /// Does what the script says and then advances the world by `dt` [s].
+    /// Carries out the script and then advances the world by `dt` [s].
     ///
     /// # Errors
-    /// The engine refuses what the script wants; the world has not advanced then.
+    /// The engine refuses an action of the script; the world has not advanced then.
     pub fn step(&mut self, dt: f32) -> Result<(), BuildError> {
         self.before_step(dt)?;
         self.world.step(dt);
@@ -391,11 +393,11 @@ impl Running {
         Ok(())
     }
 
-    /// Does what the script says before the next step, which takes `dt` [s]: for callers that then step
-    /// [`Self::world`] themselves, once, and then call [`Self::after_step`].
+    /// Carries out the script before the next step, which takes `dt` [s]: for callers that then
+    /// step [`Self::world`] themselves, once, and then call [`Self::after_step`].
     ///
     /// # Errors
-    /// The engine refuses what the script wants.
+    /// The engine refuses an action of the script.
     pub fn before_step(&mut self, dt: f32) -> Result<(), BuildError> {
         self.after_step();
         let script = core::mem::take(&mut self.script);

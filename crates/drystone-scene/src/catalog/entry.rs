@@ -8,9 +8,9 @@ use crate::scene::Scene;
 pub struct Entry {
     /// Its name.
     pub name: &'static str,
-    /// What it shows, in a line.
+    /// A summary of it, in a line.
     pub summary: &'static str,
-    /// What can be said about it.
+    /// Its parameters.
     pub parameters: &'static [Parameter],
     builder: fn(Scene, &Values) -> Result<Scene, CatalogError>,
 }

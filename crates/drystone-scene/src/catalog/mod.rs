@@ -34,7 +34,7 @@ pub fn catalog() -> &'static [Entry] {
 ///
 /// # Errors
 /// No scene of that name, a key that the scene does not have, or a value that is not allowed; the
-/// error says what is.
+/// error lists those that are.
 pub fn named(spec: &str) -> Result<Scene, CatalogError> {
     let (name, parameters) = match spec.split_once(':') {
         Some((name, parameters)) => (name.trim(), Some(parameters)),

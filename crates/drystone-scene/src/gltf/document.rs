@@ -23,20 +23,20 @@ pub struct Document {
     pub buffers: Vec<Vec<u8>>,
     /// The folder that relative URIs start from.
     pub folder: PathBuf,
-    /// What was read of it so far.
+    /// Number of elements read so far.
     pub(crate) work: Work,
 }
 
-/// Elements of accessors and nodes that may be read of a document, those read again counted again: a small file
-/// can name the same ones without end.
+/// Elements of accessors and nodes that may be read of a document, those read again counted again:
+/// a small file can name the same ones without end.
 const MOST_ELEMENTS: u64 = 200_000_000;
 
-/// What was read of a document.
+/// Number of elements that were read of a document.
 #[derive(Debug, Default)]
 pub(crate) struct Work(AtomicU64);
 
 impl Work {
-    /// Counts so many more elements, which `at` asks for.
+    /// Counts `elements` more, which `at` names.
     ///
     /// # Errors
     /// If they are too many in all.
@@ -57,7 +57,7 @@ impl Clone for Work {
     }
 }
 
-/// Reads a `.gltf` or `.glb` file, told apart by content, and all its buffers.
+/// Reads a `.gltf` or `.glb` file and all its buffers. The content says which of the two it is.
 pub(crate) fn open(path: &Path) -> Result<Document, SceneError> {
     let mut file = file::open(path, Kind::Document)?;
     let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
@@ -165,8 +165,9 @@ fn buffer(at: &At<'_>, chunk: Option<&[u8]>, folder: &Path) -> Result<Vec<u8>, S
     Ok(bytes)
 }
 
-/// What a URI names: base64 data, or a file, whose path is relative to the document's folder and may lead out of it,
-/// as the format has it (`../textures/wood.png`).
+/// The bytes that a URI names: base64 data, or a file. The path of a file is relative to the
+/// document's folder. It may lead out of that folder, as the format allows
+/// (`../textures/wood.png`).
 pub(crate) fn resource(at: &At<'_>, folder: &Path, kind: Kind) -> Result<Vec<u8>, SceneError> {
     let uri = at.text()?;
     if let Some(data) = uri.strip_prefix("data:") {

@@ -67,7 +67,7 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
     add_moving_meshes(&list, &tree, &keys, &mut scene, &mut node_of_body);
     let (visuals, notes) = visual::read(&document, &node_of_body);
     scene.visuals = Arc::new(visuals);
-    // Animations are what is played here, and materials had been read before.
+    // This plays the animations, and materials had been read before.
     let unplayed = unplayed(root.list("animations")?.len());
     scene.notes.retain(|note| *note != unplayed);
     let mut known: BTreeSet<String> = scene.notes.iter().cloned().collect();
@@ -127,7 +127,7 @@ fn add_moving_meshes(
             let pose = tree.nodes[node].pose;
             let def = BodyDef { user_data: node as u64, ..BodyDef::kinematic() };
             let def = def.with_position(pose.position).with_rotation(pose.rotation);
-            // Of the document's numbers no two are alike.
+            // No two nodes have the same number.
             scene
                 .bodies
                 .push(SceneBody { name: format!("{} (node {node})", tree.name(node)), def });
@@ -179,7 +179,7 @@ fn rest(at: &At<'_>) -> Result<(Vec3, Quat, Vec3), SceneError> {
     Ok((at.vec3_or("translation", Vec3::ZERO)?, rotation, at.vec3_or("scale", Vec3::ONE)?))
 }
 
-/// A node and what is above it, ancestors first.
+/// A node and the nodes above it, ancestors first.
 fn chain(tree: &Tree, keys: &BTreeMap<usize, Keys>, node: usize) -> Vec<Link> {
     let mut chain = Vec::new();
     let mut at = Some(node);

@@ -13,7 +13,7 @@ use crate::read::json::At;
 use crate::read::mesh::{Solid, Triangles};
 use crate::transform::Affine;
 
-/// What is needed to make shapes.
+/// Makes the shapes of a document.
 pub(crate) struct Geometry<'a> {
     pub(crate) document: &'a Document,
     pub(crate) tree: &'a Tree,
@@ -22,7 +22,7 @@ pub(crate) struct Geometry<'a> {
     made: BTreeMap<Key, Vec<Shape>>,
 }
 
-/// What a shape is made from, besides the document.
+/// The source of a shape, besides the document.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     source: (&'static str, usize),
@@ -31,7 +31,8 @@ struct Key {
     is_dynamic: bool,
 }
 
-/// Names under which the extension with the shapes goes: the present one and the one of older drafts.
+/// Names under which the extension with the shapes goes: the present one and the one of older
+/// drafts.
 pub(crate) const SHAPE_EXTENSIONS: [&str; 2] = ["KHR_implicit_shapes", "KHR_collision_shapes"];
 
 /// The longest edge of an infinite plane on a moving body [m].
@@ -180,7 +181,7 @@ fn finish(
     triangles.shapes(solid, name, notes).map_err(|e| at.error(e.problem, e.allowed))
 }
 
-/// The solid of a mesh on a body of a kind, given whether the file asks for its hull.
+/// The solid of a mesh on a body of a kind; `hull` is set if the file requests its hull.
 fn solid(hull: bool, kind: BodyKind) -> Solid {
     match kind {
         _ if hull => Solid::Hull,

@@ -1,9 +1,9 @@
 //! glTF 2.0 with physics: `KHR_implicit_shapes` and `KHR_physics_rigid_bodies`.
 //!
 //! A node with `motion` is a body; colliders on it and below it are its shapes. A collider with no
-//! `motion` above it is a static body of its own. Joints hold them together. Without these extensions bodies can be made from
-//! the meshes, see [`AutoColliders`]. Nothing in a file is trusted: every number, index and length
-//! is checked, and what is wrong is named in one line.
+//! `motion` above it is a static body of its own. Joints hold them together. Without these
+//! extensions bodies can be made from the meshes, see [`AutoColliders`]. Nothing in a file is
+//! trusted: every number, index and length is checked, and an error names the place in one line.
 
 mod accessor;
 mod auto;
@@ -143,7 +143,7 @@ fn times(at: &At<'_>, scene: &mut Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The engine's own check, told in terms of the file.
+/// The engine's own check, with its error in the terms of the file.
 fn check(def: &BodyDef, node: &At<'_>) -> Result<(), SceneError> {
     def.validate()
         .map_err(|e| node.error(format!("{} of its body is {}", e.field(), e.value()), e.allowed()))
@@ -170,7 +170,7 @@ fn extensions(root: &At<'_>, notes: &mut Vec<String>) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Notes what of the document has no part in the simulation.
+/// Notes the parts of the document that have no part in the simulation.
 fn unread(root: &At<'_>, tree: &Tree, notes: &mut Vec<String>) -> Result<(), SceneError> {
     let animations = root.list("animations")?.len();
     if animations > 0 {

@@ -1,4 +1,4 @@
-//! The node tree: parents, transforms, what is in the scene.
+//! The node tree: parents, transforms, and which nodes are in the scene.
 
 use drystone::math::Mat3;
 use drystone::{Pose, Quat, Vec3, vec3};
@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::read::json::At;
 use crate::transform::{Affine, nearest_rotation, split};
 
-/// Nodes may stand within each other so deep: films and joints look at all that are above one.
+/// Most nodes within each other: films and joints go through all that are above one.
 const MOST_DEEP: usize = 1024;
 
 /// A node of the file.
@@ -32,7 +32,8 @@ pub(crate) struct Node {
     pub(crate) in_scene: bool,
 }
 
-/// All nodes, and the order in which parents come before children (scene roots first, in file order).
+/// All nodes, and the order in which parents come before children (scene roots first, in file
+/// order).
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     pub(crate) nodes: Vec<Node>,
@@ -53,7 +54,7 @@ impl Tree {
     /// The pose of a node in the frame of another one above it.
     pub(crate) fn below(&self, above: usize, node: usize) -> Pose {
         let (outer, inner) = (&self.nodes[above], &self.nodes[node]);
-        // What the file says itself: no rounding.
+        // The file gives this number itself: no rounding.
         if inner.parent == Some(above) && outer.scale == Vec3::ONE && !outer.sheared {
             return Pose::new(inner.local.translation, inner.turn);
         }
@@ -100,7 +101,7 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
     }
     let order = depth_first(&nodes);
     if order.len() != nodes.len() {
-        // Every node has at most one parent, so what no root reaches runs in a circle.
+        // Every node has at most one parent, so nodes that no root reaches run in a circle.
         let mut seen = vec![false; nodes.len()];
         order.iter().for_each(|&n| seen[n] = true);
         let lost = seen.iter().position(|s| !s).unwrap_or(0);
@@ -129,7 +130,7 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
         nodes[i].pose = Pose::new(world.translation, rotation);
         nodes[i].scale = scale;
         nodes[i].sheared = sheared;
-        // What the file says itself: no rounding.
+        // The file gives this number itself: no rounding.
         let is_plain =
             nodes[i].parent.is_none_or(|p| nodes[p].scale == Vec3::ONE && !nodes[p].sheared);
         if let Some(own) = scales[i].filter(|_| is_plain && rotation == turn_world[i]) {

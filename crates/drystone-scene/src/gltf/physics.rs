@@ -32,7 +32,7 @@ pub(crate) struct Found {
     pub(crate) def: BodyDef,
 }
 
-/// True if the document speaks of physics at all.
+/// True if the document has the extension at all.
 pub(crate) fn is_present(root: &At<'_>) -> Result<bool, SceneError> {
     if root.dig(&["extensions", EXTENSION]).is_some() {
         return Ok(true);
@@ -40,7 +40,7 @@ pub(crate) fn is_present(root: &At<'_>) -> Result<bool, SceneError> {
     Ok(root.list("nodes")?.iter().any(|n| n.dig(&["extensions", EXTENSION]).is_some()))
 }
 
-/// What the nodes say, before shapes are made.
+/// The nodes with physics, before shapes are made.
 struct Nodes<'a> {
     /// The extension object of each node that has one and is in the scene.
     extension: BTreeMap<usize, At<'a>>,
@@ -109,8 +109,8 @@ pub(crate) fn read(
     Ok((out, joints))
 }
 
-/// The joints of the nodes, in the order of the tree. An end that no body holds is held by a body without
-/// shapes, which comes after the others.
+/// The joints of the nodes, in the order of the tree. An end that no body holds is held by a body
+/// without shapes, which comes after the others.
 fn join(
     root: &At<'_>,
     tree: &Tree,
@@ -176,8 +176,8 @@ fn join(
     Ok(joints)
 }
 
-/// Which of the bodies, given by their nodes, a node belongs to: that of its motion, else the nearest one above it
-/// that is there.
+/// Which of the bodies, given by their nodes, a node belongs to: that of its motion, else the
+/// nearest one above it that is there.
 fn owner(
     tree: &Tree,
     nodes: &Nodes<'_>,
@@ -198,7 +198,7 @@ fn owner(
     None
 }
 
-/// What all shapes of one collider have in common.
+/// Properties that all shapes of one collider share.
 struct Template {
     pose: Pose,
     material: Material,
@@ -290,7 +290,7 @@ fn moving(motion: &At<'_>, tree: &Tree, node: usize) -> Result<BodyDef, SceneErr
         .with_angular_velocity(angular))
 }
 
-/// Mass, center and inertia. What the file leaves out comes from the shapes.
+/// Sets mass, center and inertia. Values that the file leaves out come from the shapes.
 fn set_mass(
     motion: &At<'_>,
     tree: &Tree,

@@ -1,5 +1,5 @@
-//! What the nodes of a document show: their meshes, on the bodies they belong to or where they stand. What cannot be shown is
-//! noted and left out.
+//! The visible meshes of a document's nodes, on the bodies they belong to or where they stand.
+//! Meshes that cannot be shown are noted and left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,7 +34,8 @@ struct Reader<'a> {
     notes: Vec<String>,
 }
 
-/// What is to be seen, and notes of what is not; `bodies` are the nodes of the bodies, whose user data they are.
+/// Returns the visuals, and notes on those that are left out; `bodies` are the nodes of the bodies,
+/// which are their user data.
 pub(super) fn read(document: &Document, bodies: &[usize]) -> (Visuals, Vec<String>) {
     let (materials, meshes) = (Materials::new(document), Vec::new());
     let (made, notes) = (BTreeMap::new(), Vec::new());
@@ -94,7 +95,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The numbers of what a node's mesh is made of.
+    /// The numbers of the meshes of a node.
     fn mesh(&mut self, mesh: &At<'_>, tree: &Tree, node: usize) -> Result<Vec<usize>, SceneError> {
         let number = mesh.size()?;
         let at = At::root(&self.document.json).entry("meshes", mesh)?;
@@ -195,7 +196,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The numbers of an attribute, one element a vertex; none if they are missing or, which is noted, broken.
+    /// The numbers of an attribute, one element a vertex; none if they are missing or, which is
+    /// noted, broken.
     fn numbers(
         &mut self,
         attributes: &At<'_>,
@@ -272,8 +274,8 @@ impl Reader<'_> {
     }
 }
 
-/// A number to 16 bits of its fraction: turned nodes of one size have sizes that differ by their rounding, and share their meshes
-/// all the same.
+/// A number to 16 bits of its fraction: turned nodes of one size have sizes that differ by their
+/// rounding, and share their meshes all the same.
 fn rounded(x: f32) -> f32 {
     f32::from_bits(((x + 0.0).to_bits() + 0x80) & !0xFF)
 }
@@ -282,7 +284,8 @@ fn determinant(m: &Mat3) -> f32 {
     m.x.dot(m.y.cross(m.z))
 }
 
-/// What turns normals as the map turns what they stand on, away from it also where it is mirrored.
+/// The map of normals where `m` maps the points of a surface; they point outward even if `m`
+/// mirrors.
 fn cofactors(m: &Mat3) -> Mat3 {
     let sign = if determinant(m) < 0.0 { -1.0 } else { 1.0 };
     // Brought to a size about 1: that of small maps would be lost.

@@ -13,8 +13,8 @@ use crate::error::SceneError;
 use crate::mass::mass_of;
 use crate::scene::{Scene, SceneCoupling, SceneFrame, SceneJoint};
 
-/// Of a link that several joints hold, this part of its mass stands between each two of them that cannot be
-/// one joint: a body without a mass is none, and a much lighter one would make the joints soft.
+/// If several joints hold a link, this part of its mass stands between each two of them that cannot
+/// be one joint. A body needs a mass, and a much lighter one would make the joints soft.
 const SHARE: f32 = 0.125;
 
 /// Whether a link collides with one that the world holds, if a joint is between them.
@@ -181,7 +181,7 @@ impl Names {
     }
 }
 
-/// What a body and its joints are added with.
+/// Adds a body and its joints.
 struct Chain<'a> {
     links: &'a [Link<'a>],
     out: &'a mut Assembled,
@@ -304,7 +304,7 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
     if kind != BodyKind::Dynamic {
         return Ok(def);
     }
-    // A shape that could not be read is why there is no mass, and what the user can mend.
+    // There is no mass because a shape could not be read, which the user can mend.
     let left_out = group.members.iter().find_map(|(i, _)| links[*i].left_out.as_deref());
     let fail = |problem: String, allowed: &str| {
         let problem = match left_out {

@@ -10,7 +10,7 @@ use crate::read::xml::Element;
 #[derive(Clone, Debug)]
 pub(crate) struct Link<'a> {
     pub(crate) name: String,
-    /// Where the file speaks of it.
+    /// The element of the file that describes it.
     pub(crate) element: Element<'a>,
     /// Number of the link it hangs on, which is a lower one; `None` for the first.
     pub(crate) parent: Option<usize>,
@@ -25,7 +25,7 @@ pub(crate) struct Link<'a> {
     pub(crate) gravity_scale: f32,
 }
 
-/// What holds a link on its parent.
+/// The hold of a link on its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Hold {
     /// It is the world itself, or held by it.
@@ -40,14 +40,14 @@ pub(crate) enum Hold {
     Joints(Vec<Dof>),
 }
 
-/// What is known of a link's mass.
+/// The mass of a link, as far as the file gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Weight {
     /// All of it [frame of the link].
     Given(MassProperties),
     /// It comes from the shapes and their densities.
     FromShapes,
-    /// Nothing: it weighs nothing, if what it is one body with has a mass.
+    /// The file gives none: it weighs nothing, if the body it is part of has a mass.
     Unsaid,
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct Dof {
     pub(crate) spring: [f32; 3],
     /// Greatest force of dry friction [N; N m].
     pub(crate) friction: f32,
-    /// What the coordinate is at rest in the file's own count, 0 unless it says so [m; rad].
+    /// The coordinate at rest as the file counts it, 0 unless the file gives another [m; rad].
     pub(crate) reference: f32,
 }
 
@@ -99,7 +99,7 @@ impl Dof {
         }
     }
 
-    /// What its spring and damper do to a coordinate that counts along `sign` times its own.
+    /// Its spring and damper, for a coordinate that counts along `sign` times its own.
     pub(super) fn drive(&self, sign: f32) -> Option<JointDrive> {
         let [rest, stiffness, damping] = self.spring;
         let spring = JointSpring::new(stiffness, damping);

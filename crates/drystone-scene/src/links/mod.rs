@@ -1,8 +1,8 @@
-//! Bodies that hang on each other in a tree, as files of robots describe them: links, the joints that
-//! hold each on its parent, and the bodies and joints they become in a scene.
+//! Bodies that hang on each other in a tree, as files of robots describe them. Links and the joints
+//! between them become bodies and joints of a scene.
 //!
-//! A link that is held fast is one body with its parent: that is exact, and cheaper than a joint. Its
-//! name lives on as a [`crate::SceneFrame`].
+//! A link that is held fast is one body with its parent: that is exact, and cheaper than a joint.
+//! Its name lives on as a [`crate::SceneFrame`].
 
 mod assemble;
 mod compose;

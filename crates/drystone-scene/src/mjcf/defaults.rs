@@ -7,7 +7,8 @@ use drystone::Vec3;
 use crate::error::SceneError;
 use crate::read::xml::Element;
 
-/// A class may have so many elements, and so many classes around it: each element of a file looks at all of them.
+/// Most elements of a class, and most classes around it: each element of a file goes through all of
+/// them.
 const MOST_ELEMENTS: usize = 256;
 const MOST_DEEP: usize = 64;
 
@@ -17,7 +18,7 @@ struct Class<'a> {
     parent: Option<usize>,
     /// Classes around it.
     depth: usize,
-    /// For each kind of element what the class says of it, in order.
+    /// The class's defaults for each kind of element, in order.
     elements: Vec<Element<'a>>,
 }
 
@@ -29,7 +30,8 @@ pub(super) struct Defaults<'a> {
 }
 
 impl<'a> Defaults<'a> {
-    /// Adds a `<default>` of the model and the classes in it; `children` are the elements inside one.
+    /// Adds a `<default>` of the model and the classes in it; `children` are the elements inside
+    /// one.
     pub(super) fn add(
         &mut self,
         section: &Element<'a>,

@@ -67,7 +67,7 @@ pub(super) fn read<'a>(
     Ok(Read::Joint(dof))
 }
 
-/// What `<inertial>` says [frame of the body].
+/// The mass that `<inertial>` gives [frame of the body].
 pub(super) fn inertial<'a>(
     view: &View<'a>,
     model: &Model<'a>,

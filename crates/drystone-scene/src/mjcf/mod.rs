@@ -1,9 +1,10 @@
 //! MJCF, the format of MuJoCo: bodies within bodies, with geoms and joints.
 //!
-//! Read: bodies, frames, geoms (plane, sphere, capsule, cylinder, box, ellipsoid and mesh as hulls), masses,
-//! joints (free, hinge, slide, ball; several on a body) with ranges, springs, damping and friction, default
-//! classes, `include`, `replicate`, `attach`, contact bits and excludes, `connect` and `weld`, tendons of two
-//! sites, gravity and the flags of `option`. What else a file has is counted and noted.
+//! Read: bodies, frames, geoms (plane, sphere, capsule, cylinder, box, ellipsoid and mesh as
+//! hulls), masses. Joints (free, hinge, slide, ball; several on a body) with ranges, springs,
+//! damping and friction. Default classes, `include`, `replicate`, `attach`, contact bits and
+//! excludes, `connect` and `weld`, tendons of two sites, gravity and the flags of `option`. Other
+//! elements are counted and noted.
 
 mod defaults;
 mod geom;
@@ -59,7 +60,7 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     let mut scene = Scene::new(main.name, "");
     scene.config.gravity = option.gravity;
     if let Some(step) = option.timestep {
-        // Substeps no longer than the file's steps: what it is stiff enough for.
+        // Substeps no longer than the file's steps, for which its stiffness was chosen.
         let substeps = f64::from(scene.config.method.substeps());
         let fitting = 1.0 / (f64::from(step) * substeps);
         #[expect(clippy::cast_possible_truncation, reason = "60 to 2000")]

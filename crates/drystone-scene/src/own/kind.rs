@@ -29,7 +29,7 @@ pub fn kind_of(path: &Path) -> Result<JsonKind, SceneError> {
 }
 
 pub(super) fn kind_of_text(text: &str) -> Result<JsonKind, SceneError> {
-    /// What tells the formats apart.
+    /// The members that distinguish the formats.
     #[derive(Deserialize)]
     struct Head {
         drystone: Option<IgnoredAny>,
@@ -44,7 +44,7 @@ pub(super) fn kind_of_text(text: &str) -> Result<JsonKind, SceneError> {
         Head { rigid_body_problem: Some(_), .. } => Ok(JsonKind::RigidIpc),
         Head { .. } => Err(fail(
             "",
-            "it says of no format that it is of it",
+            "it has the mark of no known format",
             "\"drystone\": 1 at its top, or a \"rigid_body_problem\" of Rigid-IPC",
         )),
     }

@@ -1,7 +1,9 @@
-//! The own format: a scene as JSON that people can write, with a version and a schema (`docs/format.md`).
+//! The own format: a scene as JSON that people can write, with a version and a schema
+//! (`docs/format.md`).
 //!
-//! What a field is called, and what it is if left out, is as in the engine's definitions. A scene that is written and read
-//! again is the same, bit by bit. Parts of a scene may be other files, of any format that is read.
+//! Names and defaults of fields are those of the engine's definitions. A scene that is written and
+//! read again is the same, bit by bit. Parts of a scene may be other files, of any format that is
+//! read.
 //!
 //! ```
 //! use std::path::Path;
@@ -54,7 +56,8 @@ pub fn load(path: &Path, options: &Options) -> Result<Scene, SceneError> {
     read::load(path, options)
 }
 
-/// Reads a scene called `name`, if it says no other name, from a text whose paths start from `folder`.
+/// Reads a scene called `name`, if it says no other name, from a text whose paths start from
+/// `folder`.
 ///
 /// # Errors
 /// A line that names the line and field in the text, what is wrong and what is allowed.
@@ -62,11 +65,11 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     read::from_text(text, name, folder, &Options::default())
 }
 
-/// A scene as a text of this format. Reading it gives the same scene, bit by bit, but for [`Scene::notes`] and
-/// [`Scene::visuals`], which a text does not hold.
+/// A scene as a text of this format. Reading it gives the same scene, bit by bit, but for
+/// [`Scene::notes`] and [`Scene::visuals`], which a text does not hold.
 ///
 /// # Errors
-/// What no file can say: a film, two bodies of one name, names that something else has.
+/// Scenes that no file can hold: a film, two bodies of one name, names that something else has.
 pub fn to_text(scene: &Scene) -> Result<String, SceneError> {
     text_with(scene, None)
 }
@@ -77,11 +80,12 @@ fn text_with(scene: &Scene, visuals: Option<&str>) -> Result<String, SceneError>
     print::pretty(&document).map_err(|e| SceneError::new(Path::new(""), "", e, ""))
 }
 
-/// Writes a scene as a file of this format, which has its name when it is whole. `visuals` is the path, from the file's
-/// folder, of the glTF file that it was read from, which says what its bodies look like.
+/// Writes a scene as a file of this format, which has its name when it is whole. `visuals` is the
+/// path, from the file's folder, of the glTF file that it was read from, which says what its bodies
+/// look like.
 ///
 /// # Errors
-/// Those of [`to_text`]; a file that cannot be written, or would be larger than what is read.
+/// The errors of [`to_text`]; a file that cannot be written, or would be larger than what is read.
 pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending, SceneError> {
     let text = text_with(scene, visuals).map_err(|e| e.in_file(path))?;
     let most = Kind::Text.most();
@@ -96,8 +100,8 @@ pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending,
     written.map_err(|e| SceneError::new(path, "", format!("cannot be written: {e}"), ""))
 }
 
-/// What a file of this format does not say of a glTF file with `animations`, read as `scene` with
-/// [`Scene::visuals`], unless it names that file.
+/// Lists the things that a file of this format does not hold of a glTF file, unless it names that
+/// file. The glTF file has `animations`, and is read as `scene` with [`Scene::visuals`].
 #[must_use]
 pub fn unsaid(scene: &Scene, animations: usize) -> Vec<Unsaid> {
     let visuals = &scene.visuals;

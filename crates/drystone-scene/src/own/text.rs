@@ -1,4 +1,4 @@
-//! A text before it is a scene: its version, its numbers, and what serde says of it.
+//! A text before it is a scene: its version, its numbers, and the errors of serde.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::error::SceneError;
 /// The version of the format that is written. It is the only one that is read.
 pub const VERSION: u32 = 1;
 
-/// What serde says of a text, in the terms of other errors; `path` is where serde was.
+/// An error of serde in the terms of other errors; `path` is where serde was.
 pub(super) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneError {
     let full = e.to_string();
     let said = full.rfind(" at line ").map_or(full.as_str(), |end| &full[..end]);
@@ -19,7 +19,8 @@ pub(super) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneErro
             Some((problem, allowed)) => (found(problem), wanted(allowed)),
             None => (said.to_owned(), String::new()),
         },
-        // All of it was read as JSON before: where serde wants the name of a variant, another value stands.
+        // All of it was read as JSON before: another value stands where serde expects the name of a
+        // variant.
         _ if !path.is_empty() => {
             ("is of another kind".to_owned(), "a word, or an object with one member".to_owned())
         }
@@ -37,7 +38,7 @@ pub(super) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneErro
     SceneError::new(Path::new(""), &place, problem, &allowed)
 }
 
-/// What serde found, in the words of JSON.
+/// The value that serde found, in the words of JSON.
 fn found(problem: &str) -> String {
     if let Some(length) = problem.strip_prefix("invalid length ") {
         return format!("is a list of {length}");
@@ -50,7 +51,7 @@ fn found(problem: &str) -> String {
         "map" => "an object",
         "sequence" => "a list",
         what => {
-            // Of a value serde tells its kind before it.
+            // Serde names the kind of a value before it.
             let kinds = ["integer ", "floating point ", "boolean ", "string "];
             kinds.iter().find_map(|kind| what.strip_prefix(kind)).unwrap_or(what)
         }
@@ -58,7 +59,7 @@ fn found(problem: &str) -> String {
     format!("is {}", what.trim_matches('`'))
 }
 
-/// What serde expected, in the words of JSON.
+/// The value that serde expected, in the words of JSON.
 fn wanted(allowed: &str) -> String {
     let words = match allowed {
         "f32" => "a number",

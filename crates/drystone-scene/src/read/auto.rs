@@ -44,8 +44,8 @@ impl Candidate {
     }
 }
 
-/// The kinds of the bodies: dynamic but for the one that reaches lowest, which is static if there is
-/// more than one.
+/// The kinds of the bodies: dynamic but for the one that reaches lowest, which is static if there
+/// is more than one.
 pub(crate) fn kinds(candidates: &[Candidate]) -> Vec<BodyKind> {
     let lowest = (0..candidates.len())
         .min_by(|&a, &b| candidates[a].low.total_cmp(&candidates[b].low))

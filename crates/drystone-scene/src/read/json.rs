@@ -14,7 +14,8 @@ pub(crate) struct At<'a> {
     place: String,
 }
 
-/// Texts with more values are refused: in memory each takes more than thirty bytes, and two in a text.
+/// Texts with more values are refused: in memory each takes more than thirty bytes, and two in a
+/// text.
 const MOST_VALUES: usize = 20_000_000;
 
 /// The value of a text.
@@ -66,7 +67,7 @@ impl<'a> At<'a> {
         SceneError::new(Path::new(""), &self.place, problem, allowed)
     }
 
-    /// An error that says what this value is and what it should be.
+    /// An error with this value and the values that are allowed.
     pub(crate) fn wrong(&self, allowed: &str) -> SceneError {
         self.error(describe(self.value), allowed)
     }
@@ -106,7 +107,8 @@ impl<'a> At<'a> {
         self.get(key).map_or_else(|| Ok(Vec::new()), |at| at.items())
     }
 
-    /// The entry of the list `key` of this object that `reference` names, without a walk over the list.
+    /// The entry of the list `key` of this object that `reference` names, without a walk over the
+    /// list.
     pub(crate) fn entry(&self, key: &str, reference: &At<'_>) -> Result<At<'a>, SceneError> {
         let list = self.value.get(key).and_then(Value::as_array);
         let i = reference.index(list.map_or(0, Vec::len), key)?;

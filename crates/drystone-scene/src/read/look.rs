@@ -4,7 +4,7 @@ use drystone::Vec3;
 
 use crate::visual::{VisualMesh, VisualVertex};
 
-/// Vertices of all meshes together; what is beyond them is left out. A page in a browser has less
+/// Vertices of all meshes together; meshes beyond them are left out. A page in a browser has less
 /// memory.
 const MOST_VERTICES: usize = if cfg!(target_arch = "wasm32") { 1 << 22 } else { 1 << 24 };
 

@@ -1,5 +1,5 @@
-//! What all readers share: text and names of files, values that know their place, triangles, and
-//! bodies for files without physics. It knows nothing of a scene's format.
+//! The shared part of all readers: text and names of files, values with their places, triangles,
+//! and bodies for files without physics. Nothing here depends on the format of a scene.
 
 pub(crate) mod auto;
 pub(crate) mod json;

@@ -92,9 +92,9 @@ pub(crate) fn objects(text: &str) -> Result<Vec<Object>, SceneError> {
     Ok(parts.into_iter().map(own).collect())
 }
 
-/// An object with only the vertices that its faces use. `number` has an entry for each vertex of the
-/// file; all are `u32::MAX` before and after. A list for each object would be slow where a file has
-/// many objects and many vertices.
+/// An object with only the vertices that its faces use. `number` has an entry for each vertex of
+/// the file; all are `u32::MAX` before and after. A list for each object would be slow where a file
+/// has many objects and many vertices.
 fn own_vertices(name: String, faces: &[[usize; 3]], points: &[Vec3], number: &mut [u32]) -> Object {
     let mut own = Vec::new();
     let mut triangles = Vec::with_capacity(faces.len());

@@ -5,7 +5,7 @@ use drystone::{Vec3, vec3};
 /// The corners of the triangles, three after three [units of the file].
 ///
 /// # Errors
-/// What is wrong, in words.
+/// The problem, in words.
 pub fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let points = match binary(bytes) {
         Some(points) => points,
@@ -20,7 +20,7 @@ pub fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     Ok(points)
 }
 
-/// A binary file is told by its length: many begin with `solid` as text files do.
+/// A binary file is recognized by its length: many begin with `solid` as text files do.
 fn binary(bytes: &[u8]) -> Option<Vec<Vec3>> {
     let count = bytes.get(80..84)?;
     let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);

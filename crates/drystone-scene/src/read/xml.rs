@@ -1,5 +1,5 @@
-//! XML whose every element knows its place, so that a wrong value can be named; nothing of the content
-//! is trusted.
+//! XML whose every element has its place, so that a wrong value can be named; nothing of the
+//! content is trusted.
 
 use core::fmt::Display;
 use std::path::Path;
@@ -18,8 +18,8 @@ pub(crate) fn file(path: &Path) -> Result<String, SceneError> {
     text(path, "an XML file")
 }
 
-/// The document of a text. Entities of its own, which can blow a file up, are refused with the DTD that
-/// would declare them.
+/// The document of a text. Entities of its own, which can blow a file up, are refused with the DTD
+/// that would declare them.
 pub(crate) fn parse(text: &str) -> Result<Document<'_>, SceneError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..Default::default() };
@@ -34,7 +34,7 @@ pub(crate) fn parse(text: &str) -> Result<Document<'_>, SceneError> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Element<'a> {
     node: Node<'a, 'a>,
-    /// The file it is in, if that is not the one asked for.
+    /// The file it is in, if that is not the requested one.
     file: &'a str,
 }
 
@@ -48,12 +48,12 @@ impl<'a> Element<'a> {
         Err(root.error(format!("the outermost element is <{}>", root.tag()), &format!("<{tag}>")))
     }
 
-    /// The outermost element of a document read from `file`; empty: the file asked for.
+    /// The outermost element of a document read from `file`; empty: the requested file.
     pub(crate) fn outermost(document: &'a Document<'a>, file: &'a str) -> Self {
         Self { node: document.root_element(), file }
     }
 
-    /// The file it is in; empty: the one asked for.
+    /// The file it is in; empty: the requested one.
     pub(crate) fn file(&self) -> &'a str {
         self.file
     }
@@ -150,7 +150,7 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Up to `most` finite numbers; else what is allowed.
+/// Up to `most` finite numbers; otherwise the values that are allowed.
 pub(crate) fn numbers(text: &str, most: usize) -> Result<Vec<f32>, String> {
     let mut out = Vec::new();
     for word in text.split_whitespace() {

@@ -26,7 +26,7 @@ pub(crate) struct Link {
     pub(crate) local: Affine,
     /// The rotation in it.
     pub(crate) turn: Quat,
-    /// What moves it, if anything.
+    /// The keys that move it, if any.
     pub(crate) keys: Option<Keys>,
 }
 

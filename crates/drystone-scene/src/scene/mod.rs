@@ -1,5 +1,5 @@
 //! A scene in neutral form: the catalog builds it, files are read into it, and every engine of the
-//! benchmark gets it. It knows no file format.
+//! benchmark gets it. It does not depend on any file format.
 
 mod film;
 mod parts;
@@ -25,7 +25,7 @@ pub use self::script::{Load, Script, ScriptAction, Wave};
 pub struct Scene {
     /// Its name.
     pub name: String,
-    /// What it shows, in a line.
+    /// A summary of the scene, in a line.
     pub summary: String,
     /// Gravity, method and the other settings it is made for.
     pub config: WorldConfig,
@@ -43,18 +43,19 @@ pub struct Scene {
     pub strands: Vec<SceneStrand>,
     /// Named places on its bodies.
     pub frames: Vec<SceneFrame>,
-    /// Pairs of its bodies, by their numbers, that never collide: see [`drystone::World::set_bodies_collide`].
+    /// Pairs of its bodies, by their numbers, that never collide: see
+    /// [`drystone::World::set_bodies_collide`].
     pub never_collide: Vec<[usize; 2]>,
-    /// What surfaces of some layers do to each other: see [`drystone::World::set_surface_rules`].
+    /// Rules for surfaces of some layers: see [`drystone::World::set_surface_rules`].
     pub surface_rules: Vec<SurfaceRule>,
-    /// What the surfaces of two of its bodies, by their numbers, do to each other: see
+    /// Rules for the surfaces of two of its bodies, by their numbers: see
     /// [`drystone::World::set_surface_between`].
     pub surfaces_between: Vec<([usize; 2], SurfaceRule)>,
-    /// What happens besides.
+    /// Actions while it runs, besides physics.
     pub script: Script,
-    /// What it looks like, if a file says it and it was read.
+    /// Its visuals, if a file has them and they were read.
     pub visuals: Arc<Visuals>,
-    /// What of a file was left out, changed or approximated, and why; a line each.
+    /// Parts of a file that were left out, changed or approximated, and why; a line each.
     pub notes: Vec<String>,
 }
 

@@ -27,11 +27,11 @@ pub struct SceneJoint {
     pub anchor_a: Vec3,
     /// Anchor on the second body [m, its frame].
     pub anchor_b: Vec3,
-    /// What it does.
+    /// Its kind.
     pub kind: JointKind,
     /// Whether the two bodies collide.
     pub collide_connected: bool,
-    /// What it can bear; `None`: anything.
+    /// The load it can bear; `None`: any load.
     pub strength: Option<JointStrength>,
     /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
     pub articulated: bool,
@@ -67,7 +67,8 @@ pub struct SceneFrame {
     pub body: usize,
     /// Where it is [frame of the body].
     pub pose: Pose,
-    /// The point whose velocity is its own: the center of mass of what it names [m, frame of the body].
+    /// The point whose velocity is its own: the center of mass of the link it names [m, frame of
+    /// the body].
     pub center: Vec3,
 }
 
@@ -89,7 +90,7 @@ pub struct SceneLink {
     pub a: usize,
     /// Number of the second one.
     pub b: usize,
-    /// What it does.
+    /// Its kind.
     pub kind: LinkKind,
     /// Its length [m]; `None`: the distance of its particles.
     pub length: Option<f32>,
@@ -99,7 +100,7 @@ pub struct SceneLink {
     pub tear_force: Option<f32>,
 }
 
-/// What a strand is.
+/// The kind of a strand.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum StrandDef {
@@ -116,7 +117,7 @@ pub enum StrandDef {
 pub struct SceneStrand {
     /// The scene's own name for it.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub def: StrandDef,
     /// Links between its particles, beside its own.
     pub links: Vec<SceneLink>,
@@ -136,8 +137,8 @@ impl SceneStrand {
 }
 
 impl SceneJoint {
-    /// A joint of two bodies, each with its number and anchor [m, its frame]: they do not collide, and it
-    /// bears anything.
+    /// A joint of two bodies, each with its number and anchor [m, its frame]: they do not collide,
+    /// and it bears anything.
     #[must_use]
     pub fn new(a: (usize, Vec3), b: (usize, Vec3), kind: impl Into<JointKind>) -> Self {
         Self {

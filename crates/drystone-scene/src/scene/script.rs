@@ -1,4 +1,4 @@
-//! What happens to the bodies of a scene while it runs, besides physics.
+//! Actions on the bodies of a scene while it runs, besides physics.
 
 use std::sync::Arc;
 
@@ -8,16 +8,16 @@ use drystone::{Vec3, vec3};
 use super::film::Film;
 use super::parts::{SceneBody, SceneJoint};
 
-/// What happens to the bodies while the scene runs, besides physics.
+/// Actions on the bodies while the scene runs, besides physics.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub enum Script {
     /// Nothing.
     #[default]
     None,
-    /// Before every step, body `body` (kinematic) is aimed at the point `radius` from `center` in the
-    /// xz plane whose angle grows by `degrees_per_step` from 0: its velocity becomes the distance to
-    /// it over the step time. It starts at angle 0.
+    /// Before every step, the kinematic body `body` is aimed at a point `radius` from `center` in
+    /// the xz plane. The point's angle grows by `degrees_per_step` from 0. The body's velocity
+    /// becomes the distance to the point over the step time. It starts at angle 0.
     Orbit {
         /// Number of the body.
         body: usize,
@@ -40,7 +40,7 @@ pub enum Script {
     Loads {
         /// The first step with them, counted from 0.
         from: u64,
-        /// What acts.
+        /// The loads.
         loads: Vec<Load>,
     },
     /// The bodies, none of which is dynamic, are where a film has them.
@@ -60,27 +60,27 @@ pub struct Load {
     pub torque: Vec3,
 }
 
-/// Bodies that leave and bodies with their joints that join before a step. The numbers of bodies go on from those
-/// of the scene in the order in which they come.
+/// Bodies that leave and bodies with their joints that join before a step. The numbers of bodies go
+/// on from those of the scene in the order in which they come.
 #[derive(Clone, Debug)]
 pub struct Wave {
     /// Before which step, counted from 0; waves are in the order of their steps.
     pub step: u64,
     /// Numbers of the bodies that leave, with their joints.
     pub removed: core::ops::Range<usize>,
-    /// Those that join.
+    /// Bodies that join.
     pub bodies: Vec<SceneBody>,
     /// Joints that are added then.
     pub joints: Vec<SceneJoint>,
 }
 
-/// What a script wants before one step.
+/// The action of a script before one step.
 #[derive(Clone, Copy, Debug)]
 pub enum ScriptAction<'a> {
     /// Nothing.
     None,
-    /// The kinematic body `body` gets the velocity that takes it to `position` in the step, without a
-    /// turn.
+    /// The kinematic body `body` gets the velocity that takes it to `position` in the step, without
+    /// a turn.
     Aim {
         /// Number of the body.
         body: usize,
@@ -108,7 +108,7 @@ impl Script {
         dropped.iter().chain(waves.iter().flat_map(|w| &w.bodies))
     }
 
-    /// What is to be done before step `step`, counted from 0.
+    /// The action before step `step`, counted from 0.
     #[must_use]
     pub fn action(&self, step: u64) -> ScriptAction<'_> {
         match self {
@@ -136,7 +136,8 @@ impl Script {
 
 /// Where an orbiting body is to be after `steps` steps.
 fn orbit_point(center: Vec3, radius: f32, degrees_per_step: f32, steps: u64) -> Vec3 {
-    // The angle is kept within a turn in f64: a step's part of it would be lost in f32 after a while.
+    // The angle is kept within a turn in f64: a step's part of it would be lost in f32 after a
+    // while.
     let degrees = (f64::from(degrees_per_step) * steps as f64) % 360.0;
     #[expect(clippy::cast_possible_truncation, reason = "within ±2π")]
     let angle = degrees.to_radians() as f32;

@@ -151,8 +151,8 @@ pub(super) fn collision(
     Ok(Ok((ShapeDef::new(made).with_pose(at), note)))
 }
 
-/// The file that a name stands for: beside the robot's file, or in a folder above it that has the package, or
-/// is the package.
+/// The file that a name stands for: beside the robot's file, or in a folder above it that has the
+/// package, or is the package.
 fn find(name: &str, folder: &Path) -> Result<PathBuf, String> {
     let name = name.trim();
     let packaged = name.strip_prefix("package://").or_else(|| name.strip_prefix("model://"));

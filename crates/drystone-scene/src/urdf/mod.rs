@@ -1,9 +1,10 @@
 //! URDF, the Unified Robot Description Format: links, and the joints between them, as a tree.
 //!
-//! Read with an XML parser that knows the line of every element, not with `urdf-rs`
-//! (`docs/decisions/019-robot-files.md`). Links that fixed joints hold are one body with their parent. Links
-//! with a joint between them do not collide, nor do links that overlap as the file has them. What only concerns
-//! pictures, motors or sensors is left out; what of it could matter is noted.
+//! Read with an XML parser that keeps the line of every element, not with `urdf-rs`
+//! (`docs/decisions/019-robot-files.md`). Links that fixed joints hold are one body with their
+//! parent. Links with a joint between them do not collide, nor do links that overlap as the file
+//! has them. Elements that only concern pictures, motors or sensors are left out; those that could
+//! matter are noted.
 
 mod element;
 mod overlap;
@@ -25,8 +26,9 @@ const WORLD: &str = "world";
 /// Whether the first link is held by the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Base {
-    /// As it looks: a link called `world`, or one on which exactly one joint moves, as an arm's does, is held;
-    /// what stands on several joints, as on legs or wheels, is free, and so is a single body.
+    /// As it looks. A link called `world` is held, and so is one on which exactly one joint moves,
+    /// as an arm's does. A link with several joints, as on legs or wheels, is free, and so is a
+    /// single body.
     #[default]
     Auto,
     /// Held.
@@ -38,7 +40,7 @@ pub enum Base {
 /// How to read a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// What the first link hangs on.
+    /// The base of the first link.
     pub base: Base,
     /// Height of a ground to add [m]; `None`: there is none, as the format has none.
     pub ground: Option<f32>,
@@ -124,7 +126,7 @@ impl Mimic<'_> {
     }
 }
 
-/// Reads elements, and keeps what is to be told.
+/// Reads elements, and keeps the notes on them.
 struct Reader<'a> {
     folder: PathBuf,
     notes: Vec<String>,
@@ -228,7 +230,7 @@ impl<'a> Reader<'a> {
         Ok(links)
     }
 
-    /// What holds the first link, which moves if it is free.
+    /// The hold of the first link, which moves if it is free.
     fn base(&mut self, links: &[Link<'_>], base: Base) -> Hold {
         let mut is_base = vec![true; links.len()];
         let mut moving = 0;

@@ -133,7 +133,8 @@ fn triangle_soups_on_moving_bodies_never_panic() {
     for round in 0..8 {
         let mut number =
             |wide: usize| f32::from(u8::try_from(next(&mut state) % wide).unwrap()) / 8.0;
-        // Few different coordinates: plenty of flat, equal and zero-area triangles; sizes from mm to km.
+        // Few different coordinates: plenty of flat, equal and zero-area triangles; sizes from mm
+        // to km.
         let wide = [3, 9, 64][round % 3];
         let size = [1e-3, 1.0, 1e3, 1e6][round % 4];
         let mut text = String::new();

@@ -157,7 +157,7 @@ fn damaged_files_never_panic() {
         match result {
             Ok(loaded) => {
                 good += 1;
-                // What was read can be written.
+                // A scene that was read can be written.
                 let n = loaded.scene.bodies.len();
                 let pose = |i: usize| Pose::at([0.0, f32::from(u8::try_from(i % 9).unwrap()), 0.0]);
                 let poses = (0..n).map(|_| (0..3).map(pose).collect()).collect();

@@ -4,7 +4,7 @@ use drystone::{Vec3, WorldConfig};
 
 use crate::overlay::Overlays;
 
-/// What the window asks for.
+/// A command of the window.
 #[derive(Clone, Debug)]
 pub enum Command {
     /// Another scene: a name of the catalog, or a path.
@@ -17,11 +17,11 @@ pub enum Command {
     Seek(u64),
     /// How fast time goes: 1 is as in the world outside.
     Speed(f32),
-    /// What is drawn over bodies.
+    /// The overlays over bodies.
     Overlays(Overlays),
     /// Take hold of the dynamic body on a ray of a side: origin, unit direction [m, world].
     Grab(Vec3, Vec3, usize),
-    /// Pull what is held to this ray.
+    /// Pull the body that is held to this ray.
     Drag(Vec3, Vec3),
     /// Let it go.
     Release,
@@ -39,7 +39,7 @@ pub enum Command {
     Quit,
 }
 
-/// What can be done to a body.
+/// An action on a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deed {
     /// It is taken away.

@@ -7,7 +7,7 @@ use crate::history::Input;
 
 /// Frequency of the spring between mouse and body [Hz].
 const GRAB_HERTZ: f32 = 3.0;
-/// Time in which the grip takes most of the turning from what is held [s].
+/// Time in which the grip takes most of the turning from the body [s].
 const GRIP_TIME: f32 = 0.3;
 
 /// A body that the mouse holds.
@@ -36,8 +36,8 @@ impl Grab {
         Some((world.body(self.body)?.pose().point(self.local), self.target))
     }
 
-    /// The force in a step of `dt` [s]: a critically damped spring, as strong as the point's effective
-    /// mass bears at this step, and the body's weight.
+    /// The force in a step of `dt` [s]: a critically damped spring, as strong as the point's
+    /// effective mass bears at this step, and the body's weight.
     pub(super) fn pull(&self, world: &World, dt: f32) -> Option<Input> {
         let body = world.body(self.body)?;
         let at = body.pose().point(self.local);
@@ -51,7 +51,7 @@ impl Grab {
         let longest = 400.0;
         let pulled = pulled * (longest / pulled.length().max(longest));
         let force = pulled * mass - world.config().gravity * body.mass();
-        // Without friction in the grip what is held would swing for ever.
+        // Without friction in the grip the body would swing for ever.
         let calm = GRIP_TIME.max(2.0 * dt);
         let torque = inertia.mul(body.angular_velocity()) * -calm.recip();
         Some(Input::Force { body: self.body, force, at, torque })
@@ -61,7 +61,7 @@ impl Grab {
 /// The body that a ray meets, and where [m, world].
 pub(super) fn meet(world: &World, origin: Vec3, direction: Vec3) -> Option<(BodyId, Vec3)> {
     let delta = direction * 1.0e4;
-    // A camera in a body sees what is before it.
+    // A camera in a body sees the bodies before it.
     let outside = QueryFilter::default().with_inside(Inside::Ignore);
     let hit = world.query().cast_ray(origin, delta, outside).ok().flatten()?;
     Some((hit.body, hit.point))

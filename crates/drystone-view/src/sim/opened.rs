@@ -13,7 +13,7 @@ pub struct Opened {
     pub running: Running,
     /// Steps a second.
     pub hz: f32,
-    /// What of its file was left out, a line each.
+    /// Parts of its file that were left out, a line each.
     pub notes: Vec<String>,
 }
 

@@ -10,12 +10,13 @@ use crate::side::Side;
 use crate::{overlay, picked};
 
 impl Simulation {
-    /// What is to be shown now.
+    /// The pictures and numbers now.
     pub fn shown(&mut self) -> Shown {
         self.shown_at(1.0)
     }
 
-    /// What is to be shown at `part` of the way from the last step but one to the last one.
+    /// The pictures and numbers at `part` of the way from the step before the last one to the last
+    /// one.
     fn shown_at(&mut self, part: f32) -> Shown {
         let (step, furthest) = (self.history().step_count(), self.history().furthest());
         let views = (0..self.sides.len()).map(|number| self.view(number, part)).collect();

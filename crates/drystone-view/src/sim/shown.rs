@@ -23,7 +23,7 @@ pub struct View {
     pub hash: Option<u64>,
 }
 
-/// What the window shows.
+/// The pictures and numbers that the window shows.
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// The scene's name.
@@ -32,7 +32,7 @@ pub struct Shown {
     pub scene: u64,
     /// One run, or two side by side.
     pub views: Vec<View>,
-    /// What the picture is about.
+    /// The subject of the picture.
     pub subject: Arc<Subject>,
     /// Steps taken.
     pub step: u64,
@@ -44,15 +44,15 @@ pub struct Shown {
     pub dt: f32,
     /// Whether the world runs.
     pub playing: bool,
-    /// What is held: from where on it to where it is pulled [m, world].
+    /// The pull of the mouse: from where on the body to where it is pulled [m, world].
     pub held: Option<(Vec3, Vec3)>,
     /// Answers to [`super::Command::Grab`] so far: how many, and whether the last one met a body.
     pub grabs: (u64, bool),
     /// The body that is looked at.
     pub picked: Option<Picked>,
-    /// What the user should know.
+    /// A message for the user.
     pub message: Option<String>,
-    /// What of the scene's file was left out, a line each.
+    /// Parts of the scene's file that were left out, a line each.
     pub notes: Arc<[String]>,
 }
 

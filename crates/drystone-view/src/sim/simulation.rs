@@ -15,7 +15,7 @@ use crate::history::{History, Input};
 use crate::overlay::Overlays;
 use crate::side::Side;
 
-/// The worlds, their past and what is asked of them.
+/// The worlds, their past and the state of the window's commands.
 pub struct Simulation {
     pub(super) open: Opener,
     pub(super) name: String,

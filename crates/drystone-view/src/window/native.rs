@@ -38,7 +38,7 @@ pub fn show(options: Options) -> Result<(), ViewError> {
     let mut app = App { name, overlays, panel, sender, slot, shell, stage, failure };
     let result = events.run_app(&mut app);
     let _ = app.sender.send(Command::Quit);
-    // A panic there was already told by its own message.
+    // A panic there has printed its own message already.
     let _ = physics.join();
     result.map_err(|e| ViewError::NoDisplay { reason: e.to_string() })?;
     app.failure.map_or(Ok(()), Err)
@@ -46,7 +46,8 @@ pub fn show(options: Options) -> Result<(), ViewError> {
 
 /// Connects to the display.
 fn open_display() -> Result<EventLoop<News>, ViewError> {
-    // Where a library of the window system is missing, the window crate panics: that is no display too.
+    // Where a library of the window system is missing, the window crate panics: that is no display
+    // too.
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
     let opened = panic::catch_unwind(AssertUnwindSafe(|| EventLoop::with_user_event().build()));

@@ -117,13 +117,13 @@ impl Stage {
         })
     }
 
-    /// Looks at what is shown, and where what can be clicked stands.
+    /// Gives `look` what is shown, and the places of everything that can be clicked.
     #[cfg(target_arch = "wasm32")]
     pub(super) fn look<T>(&self, look: impl FnOnce(&Shown, &[Place]) -> T) -> Option<T> {
         self.shown.as_ref().map(|shown| look(shown, &self.places))
     }
 
-    /// Takes over what is to be shown.
+    /// Takes over the next picture.
     pub(super) fn learn(&mut self, mut shown: Shown) {
         self.panel.learn(&shown);
         if self.shown.as_ref().is_none_or(|old| old.scene != shown.scene) {
@@ -157,8 +157,8 @@ impl Stage {
         }
     }
 
-    /// Keeps from drawing a scene that the device failed at, and lets go of what it has of it. The picture is black from
-    /// then on, and a message tells why.
+    /// Stops drawing a scene that the device failed to draw, and frees its data. The picture is
+    /// black from then on, and a message says why.
     ///
     /// # Errors
     /// It failed without a scene: it will fail again.
@@ -180,8 +180,9 @@ impl Stage {
         send: &mut dyn FnMut(Command),
     ) -> Result<Option<Instant>, RenderError> {
         if self.window.inner_size().width == 0 {
-            // A page's canvas has no size at first: what is laid out then would take the screen for a vast one, and the
-            // panel would open however small the page is. The event that tells the size asks for a picture.
+            // A page's canvas has no size at first. A panel laid out then would take the screen for
+            // a vast one, and would open however small the page is. The event with the size
+            // redraws.
             return Ok(None);
         }
         let input = self.egui.take_egui_input(&self.window);
@@ -202,7 +203,7 @@ impl Stage {
         for id in &textures.free {
             self.painter.free_texture(id);
         }
-        // What is dropped with something in it counts as forgotten.
+        // egui takes textures that are left in here when it is dropped for forgotten ones.
         textures.clear();
         presented.or_else(|why| self.give_up(why))?;
         Ok(wait.and_then(|wait| Instant::now().checked_add(wait)))
@@ -275,18 +276,19 @@ fn tell_undrawn(shown: &mut Shown, why: &RenderError) {
     shown.message.get_or_insert_with(message);
 }
 
-/// A finger's event as one of the only screen there is. In a browser each finger counts as a device of its own, and fingers
-/// of different devices make no gesture.
+/// A finger's event as one of the only screen there is. In a browser each finger counts as a device
+/// of its own, and fingers of different devices make no gesture.
 fn of_one_screen(event: &WindowEvent) -> Option<WindowEvent> {
     let WindowEvent::Touch(touch) = event else { return None };
     Some(WindowEvent::Touch(Touch { device_id: DeviceId::dummy(), ..*touch }))
 }
 
-/// What lays out the panel and tells clicks from drags.
+/// The context that lays out the panel and distinguishes clicks from drags.
 fn context() -> egui::Context {
     let context = egui::Context::default();
-    // A finger that has rested for longer than a click may last asks for a menu, and can drag nothing from then on. There
-    // is no such menu here, and whoever pulls a body rests on it first. A drag is what has moved, however long it took.
+    // By default a finger that rests longer than a click opens a menu, and can drag nothing from
+    // then on. There is no such menu here, and a user who pulls a body rests on it first. A pointer
+    // that has moved is a drag, however long it took.
     context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     context
 }

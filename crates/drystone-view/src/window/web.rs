@@ -35,7 +35,8 @@ impl fmt::Debug for Page {
     }
 }
 
-/// Opens a scene on a canvas and returns at once; `failed` is told if it cannot be drawn on.
+/// Opens a scene on a canvas and returns at once; `failed` gets the reason if it cannot be drawn
+/// on.
 ///
 /// # Errors
 /// The browser gives no events.
@@ -85,7 +86,7 @@ impl Page {
         let _ = self.proxy.send_event(News);
     }
 
-    /// Looks at what is shown; nothing before the first picture.
+    /// Gives `look` what is shown; nothing before the first picture.
     pub fn look<T>(&self, look: impl FnOnce(&Shown, &[Place]) -> T) -> Option<T> {
         let app = self.app.try_borrow().ok()?;
         let stage = app.stage.as_ref()?;

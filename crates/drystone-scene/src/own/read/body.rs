@@ -56,7 +56,7 @@ impl Reader<'_> {
         Ok(SceneBody { name, def })
     }
 
-    /// What the engine says of a body, at the field where the file has it.
+    /// The engine's error about a body, at the field where the file has it.
     fn refused_body(
         &self,
         place: &Place,

@@ -12,7 +12,7 @@ use crate::read::mesh_file::MeshFiles;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
-    /// Reads what the glTF file looks like that [`Scene::visuals`] are to come from.
+    /// Reads the glTF file that gives [`Scene::visuals`], too.
     pub visuals: bool,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Loading {
     pub(super) mesh_files: MeshFiles,
     /// Mesh files as they are.
     pub(super) meshes: BTreeMap<PathBuf, Triangles>,
-    /// By file, what it becomes, and bits of the scale.
+    /// By file, kind of solid, and bits of the scale.
     pub(super) shapes: BTreeMap<(PathBuf, Solid, [u32; 3]), Vec<Shape>>,
     /// Corners of meshes that were looked at so far.
     pub(super) corners: usize,

@@ -88,7 +88,7 @@ impl Loading {
                 }
             }
             _ => fail(
-                "its name tells no known format",
+                "its name has no known ending",
                 "a .json, .gltf, .glb, .obj, .urdf or .xml (MJCF) file",
             ),
         }

@@ -46,7 +46,7 @@ impl Reader<'_> {
         SceneError::new(Path::new(""), &place, problem, allowed)
     }
 
-    /// What the engine says of a definition at a place.
+    /// The engine's error about a definition at a place.
     pub(super) fn refused(&self, place: &Place, e: &DefError) -> SceneError {
         self.fail(&place.field(e.field()), format!("is {}", e.value()), e.allowed())
     }
@@ -146,7 +146,7 @@ impl Reader<'_> {
         Ok(made)
     }
 
-    /// A rotation; one by four numbers is taken as it is, and checked with what it is of.
+    /// A rotation; one by four numbers is taken as it is, and checked with the thing that has it.
     pub(super) fn turn(&self, place: &Place, turn: Turn) -> Result<Quat, SceneError> {
         match turn {
             Turn::Quaternion(q) => {

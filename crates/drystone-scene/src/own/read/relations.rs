@@ -24,7 +24,7 @@ impl Reader<'_> {
                 offset: coupling.offset.unwrap_or(0.0),
             });
         }
-        // Those of parts are there already.
+        // The couplings of parts are there already.
         made.append(&mut self.scene.couplings);
         self.scene.couplings = made;
         Ok(())

@@ -12,7 +12,7 @@ use crate::own::place::Place;
 use crate::own::saved_hull::SavedHull;
 use crate::read::mesh::Solid;
 
-/// The member of a shape that says what it is.
+/// The member of a shape that gives its kind.
 pub(super) fn key(shape: &document::Shape) -> Option<&'static str> {
     let all = [
         (shape.shape.is_some(), "shape"),
@@ -77,14 +77,14 @@ impl Reader<'_> {
         Ok(shapes.into_iter().map(|shape| ShapeDef { shape, ..def.clone() }).collect())
     }
 
-    /// What a shape of a body is, by name or here.
+    /// The geometry of a body's shape, by name or here.
     fn shape_of(
         &mut self,
         place: &Place,
         shape: &document::Shape,
     ) -> Result<Vec<Shape>, SceneError> {
         let Some(key) = key(shape) else {
-            return Err(self.fail(place, "it does not say what it is, or says it twice", KINDS));
+            return Err(self.fail(place, "it has no kind, or more than one", KINDS));
         };
         if let Some(name) = &shape.shape {
             return self.shapes.get(name).cloned().ok_or_else(|| {

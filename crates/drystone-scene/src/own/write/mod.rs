@@ -22,7 +22,7 @@ use crate::scene::Scene;
 /// A scene as a file.
 ///
 /// # Errors
-/// What no file can say.
+/// Scenes that no file can hold.
 pub(super) fn document(scene: &Scene) -> Result<Document, SceneError> {
     let default = Scene::new("", "");
     let mut document = Document {

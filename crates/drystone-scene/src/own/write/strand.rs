@@ -77,7 +77,7 @@ impl Names {
         Ok(made)
     }
 
-    /// What of a particle is not as its strand has it by default; its place is the strand's.
+    /// The properties of a particle that differ from its strand's; its place is the strand's.
     fn particle(&self, def: &ParticleDef, default: &ParticleDef) -> Option<Particle> {
         let at = ParticleDef { position: default.position, ..*def };
         (at != *default).then(|| Particle {

@@ -79,8 +79,8 @@ fn touch(finger: u64, phase: TouchPhase, at: Pos2) -> Event {
     Event::Touch { device_id, id, phase, pos: at, force: None }
 }
 
-/// A finger takes hold of the cube, after two seconds of rest, and pulls it up. As the window has it, each event of the
-/// first finger is one of the mouse too.
+/// A finger takes hold of the cube, after two seconds of rest, and pulls it up. As the window has
+/// it, each event of the first finger is one of the mouse too.
 fn pulled_by_finger() -> (Desk, Pos2) {
     let mut desk = Desk::new();
     let down = touch(1, TouchPhase::Start, MIDDLE);
