@@ -1,20 +1,21 @@
-//! From what the user wrote to a scene: a built-in one by name, or a file.
+//! Reads the scene that the user named: a built-in one, or a file.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
+use drystone_scene::obj::{self, LoadedObj};
 use drystone_scene::own::{self, JsonKind};
-use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, rigid_ipc, urdf};
+use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, rigid_ipc, urdf};
 
-use crate::cli::{AutoColliders, Base, Settings, Source, has_extension};
-use crate::output::Failure;
+use crate::cli::{AutoColliders, Base, Settings, Source};
+use crate::output::{Failure, has_extension};
 
 /// Endings that mean a file even where there is none.
 const FILES: [&str; 6] = ["gltf", "glb", "obj", "urdf", "xml", "json"];
 
-/// What a user can give, beside a built-in scene.
+/// Scenes that a user can give, beside the built-in ones.
 const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file";
 
 /// A scene, and the file it came from.
@@ -24,10 +25,12 @@ pub(crate) enum Loaded {
     BuiltIn(Box<Scene>),
     /// From a file with nothing more to bake than the scene.
     Read(Box<Scene>),
-    /// From a file of the own format, which may name one that says what it looks like.
+    /// From a file of the own format, which may name a file with its visuals.
     Own(Box<Scene>, PathBuf),
-    /// From a file, which is kept for baking.
+    /// From a glTF file, which is kept for baking.
     Gltf(Box<LoadedGltf>),
+    /// From an `.obj` file, whose objects are kept for baking.
+    Obj(Box<LoadedObj>),
 }
 
 impl Loaded {
@@ -36,17 +39,19 @@ impl Loaded {
         match self {
             Self::BuiltIn(scene) | Self::Read(scene) | Self::Own(scene, _) => scene,
             Self::Gltf(loaded) => &loaded.scene,
+            Self::Obj(loaded) => &loaded.scene,
         }
     }
 
-    /// Reads what a file shows, for pictures.
+    /// Reads the visuals of a file, for pictures.
     pub(crate) fn read_visuals(&mut self) {
         match self {
             Self::Gltf(loaded) => loaded.read_visuals(),
+            Self::Obj(loaded) => loaded.read_visuals(),
             Self::Own(scene, path) => {
                 match own::load(path, &own::Options::with_visuals()) {
                     Ok(seen) => scene.visuals = seen.visuals,
-                    // Nothing of what is seen can stop a scene from being simulated.
+                    // No error in visuals can stop a scene from being simulated.
                     Err(e) => scene.notes.push(format!("visuals: left out: {e}")),
                 }
             }
@@ -59,12 +64,13 @@ impl Loaded {
         match self {
             Self::BuiltIn(scene) | Self::Read(scene) | Self::Own(scene, _) => scene,
             Self::Gltf(loaded) => &mut loaded.scene,
+            Self::Obj(loaded) => &mut loaded.scene,
         }
     }
 }
 
-/// Reads or makes the scene. `gravity` [m/s²] is what the user says it is, if anything: the lowest
-/// body of a file without physics is found along it.
+/// Reads or makes the scene. `gravity` [m/s²] is that of the command line, if any: the lowest body
+/// of a file without physics is found along it.
 ///
 /// Built-in names win over files of the same name, so that a folder `tower` hides nothing; write
 /// `./tower` for the file.
@@ -92,7 +98,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
     file(path, source, gravity)
 }
 
-/// Reads or makes the scene, with what the user says of its world.
+/// Reads or makes the scene, with the settings of the command line for its world.
 pub(crate) fn load_with(source: &Source, settings: &Settings) -> Result<Loaded, Failure> {
     let mut loaded = load(source, settings.gravity()?)?;
     settings.apply(&mut loaded.scene_mut().config)?;
@@ -117,7 +123,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
     }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(
-            "{shown}: its name tells no known format, allowed is {ALLOWED}"
+            "{shown}: its name has no known ending, allowed is {ALLOWED}"
         )));
     }
     let is_robot = has_extension(path, &["urdf"]);
@@ -146,9 +152,12 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         }),
         gravity,
     };
-    let read = if has_extension(path, &["obj"]) { obj::load } else { gltf::load };
-    let loaded = read(path, &options).map_err(Failure::failed)?;
-    Ok(Loaded::Gltf(Box::new(loaded)))
+    let loaded = if has_extension(path, &["obj"]) {
+        obj::load(path, &options).map(|file| Loaded::Obj(Box::new(file)))
+    } else {
+        gltf::load(path, &options).map(|file| Loaded::Gltf(Box::new(file)))
+    };
+    loaded.map_err(Failure::failed)
 }
 
 fn not_a_robot() -> Failure {
@@ -181,7 +190,7 @@ fn described(path: &Path, source: &Source) -> Result<Result<Loaded, SceneError>,
     })
 }
 
-/// The scene as a world; `source` is what the user called it.
+/// The scene as a world; `source` is the name that the user gave.
 pub(crate) fn build(scene: &Scene, source: &str) -> Result<Running, Failure> {
     scene.build().map_err(|e| refused(source, &e))
 }

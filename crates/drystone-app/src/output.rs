@@ -1,4 +1,5 @@
-//! All that leaves the program: files, stdout, the line on stderr when something cannot be done. And what comes back.
+//! All that leaves the program: files, stdout, the line on stderr when something cannot be done.
+//! And what comes back.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -23,7 +24,7 @@ impl Failure {
         Self { status: 1, message: one_line(&message.to_string()) }
     }
 
-    /// The command line asks for something that makes no sense: status 2.
+    /// The command line makes no sense: status 2.
     pub(crate) fn usage(message: impl Display) -> Self {
         Self { status: 2, message: one_line(&message.to_string()) }
     }
@@ -40,6 +41,9 @@ impl Display for Failure {
     }
 }
 
+/// The result of a command: its exit status, or why it failed.
+pub(crate) type Outcome = Result<ExitCode, Failure>;
+
 /// Messages may quote a file, and a file may hold anything: line ends and control characters become
 /// spaces, so that a failure stays one line and leaves the terminal alone.
 pub(crate) fn one_line(text: &str) -> String {
@@ -49,11 +53,12 @@ pub(crate) fn one_line(text: &str) -> String {
 
 /// Tells why a command was given up, in one line on stderr.
 pub(crate) fn complain(failure: &Failure) {
-    // Nobody is left to be told if this fails.
+    // There is nowhere to report a failure of stderr.
     let _ = writeln!(io::stderr().lock(), "error: {}", failure.message);
 }
 
-/// A bar that counts to `count`, if somebody looks at stderr; `template` says what stands on its line.
+/// A bar that counts to `count`, if somebody looks at stderr; `template` says what stands on its
+/// line.
 pub(crate) fn progress(count: u64, template: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -71,7 +76,7 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// What a write to stdout came to: no failure if the reader has gone.
+/// The result of a write to stdout: no failure if the reader has gone.
 pub(crate) fn printed(written: io::Result<()>) -> Result<(), Failure> {
     match written {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
@@ -129,7 +134,7 @@ pub(crate) fn warn_of(ending: Ending, path: &Path) {
         let shown = path.display();
         let what = "its folder takes no new file, so the old one was written over";
         let risk = "a crash in that moment would have cut it off";
-        // Nobody is left to be told if this fails.
+        // There is nowhere to report a failure of stderr.
         let _ = writeln!(io::stderr().lock(), "warning: {shown}: {what}; {risk}");
     }
 }
@@ -139,12 +144,18 @@ pub(crate) fn read(path: &Path, kind: [u8; 8]) -> Result<Vec<u8>, Failure> {
     file::read_any(path, file::Kind::Run, &kind).map_err(Failure::failed)
 }
 
+/// True if the path ends in one of these extensions, in any case.
+pub(crate) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|e| extensions.iter().any(|known| e.eq_ignore_ascii_case(known)))
+}
+
 /// Finds out now whether a file can be written later; nothing is left of that.
 pub(crate) fn probe(path: &Path) -> Result<(), Failure> {
     WholeFile::probe(path).map_err(|e| refused(path, &e))
 }
 
-/// Becomes true on Ctrl-C; a second Ctrl-C ends the program at once, without the files that are not whole.
+/// Becomes true on Ctrl-C; a second Ctrl-C ends the program at once, without the files that are not
+/// whole.
 pub(crate) fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let shared = Arc::clone(&stop);

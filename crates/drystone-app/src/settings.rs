@@ -1,4 +1,4 @@
-//! What the command line says of a world, and of the workers that step it.
+//! The settings of the command line for a world, and for the workers that step it.
 
 use std::sync::Arc;
 use std::thread::available_parallelism;
@@ -14,15 +14,15 @@ use crate::output::Failure;
 const MOST_THREADS: usize = 256;
 
 impl Settings {
-    /// The gravity that is said [m/s²]; nothing where the scene's own holds. All settings are checked
-    /// here, before any scene is read: no scene makes them right or wrong.
+    /// The gravity that is said [m/s²]; nothing where the scene's own holds. All settings are
+    /// checked here, before any scene is read: no scene makes them right or wrong.
     pub(crate) fn gravity(&self) -> Result<Option<Vec3>, Failure> {
         let mut config = WorldConfig::default();
         self.apply(&mut config)?;
         Ok(said_gravity(&self.set, &config))
     }
 
-    /// Changes what is said.
+    /// Changes the settings that are given.
     pub(crate) fn apply(&self, config: &mut WorldConfig) -> Result<(), Failure> {
         if let Some(method) = self.method.as_deref().and_then(Method::named) {
             config.method = method;
@@ -69,7 +69,7 @@ pub(crate) fn time_of(step: u64, hz: f32) -> f64 {
     step as f64 / f64::from(hz)
 }
 
-/// As many threads as the machine has cores but `spared`, at least one.
+/// The number of the machine's cores less `spared`, at least one.
 pub(crate) fn cores_but(spared: usize) -> usize {
     available_parallelism().map_or(1, |n| n.get().saturating_sub(spared).clamp(1, MOST_THREADS))
 }

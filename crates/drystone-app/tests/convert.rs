@@ -11,7 +11,7 @@ use std::path::Path;
 use command::{drystone, text};
 use common::folder;
 
-/// What it printed, and what it named on stderr.
+/// Its output, and the lines it printed on stderr.
 fn succeed(folder: &Path, args: &[&str]) -> (String, String) {
     let output = drystone(folder, args);
     assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
@@ -44,7 +44,7 @@ fn a_scene_that_is_converted_is_simulated_to_the_same_hash() {
 fn what_gltf_cannot_say_is_named_and_refused_with_strict() {
     let folder = folder("convert-strict");
     let (_, named) = succeed(&folder, &["convert", "rope:links=5", "rope.gltf"]);
-    assert!(named.contains("rope.gltf: not said: a rope, cloth or cloud, 1 time"), "{named}");
+    assert!(named.contains("rope.gltf: left out: a rope, cloth or cloud, 1 time"), "{named}");
     fs::write(folder.join("kept.glb"), "as it was").unwrap();
     let output = drystone(&folder, &["convert", "rope:links=5", "kept.glb", "--strict"]);
     assert_eq!(output.status.code(), Some(1));
@@ -111,5 +111,5 @@ fn looks_of_a_gltf_file_are_named_where_it_is_beside() {
     assert!(shown.contains("visible part"), "{shown}");
     fs::create_dir(folder.join("away")).unwrap();
     let (_, named) = succeed(&folder, &["convert", "hello.gltf", "away/hello.json"]);
-    assert!(named.contains("not said: a mesh to look at"), "{named}");
+    assert!(named.contains("left out: a mesh to look at"), "{named}");
 }

@@ -1,4 +1,4 @@
-//! What the command leaves on disk, however it ends: files are whole or not there.
+//! Files that the command leaves on disk, however it ends: they are whole or not there.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
@@ -95,7 +95,7 @@ fn a_run_that_is_killed_leaves_old_files_or_new_ones_and_never_a_part() {
         child.wait().unwrap();
         for (i, bytes) in read().iter().enumerate() {
             if FILES[i] == "p.json" {
-                // It tells times, so no two are the same.
+                // It has times, so no two are the same.
                 assert!(serde_json::from_slice::<Value>(bytes).is_ok(), "round {k}");
             } else {
                 assert!(*bytes == old[i] || *bytes == new[i], "round {k}: {}", FILES[i]);

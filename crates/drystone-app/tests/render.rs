@@ -74,7 +74,8 @@ fn a_picture_shows_the_scene_and_is_the_same_every_time() {
     let (a, b) = (read_png(&folder.join("a.png")), read_png(&folder.join("b.png")));
     assert_eq!((a.0, a.1), (160, 120));
     assert_eq!(a, b);
-    // Three boxes on each other fill 84 % of the height in the middle; beside them is sky, which is bluer.
+    // Three boxes on each other fill 84 % of the height in the middle; beside them is sky, which is
+    // bluer.
     let (boxes, sky) = (mean(&a, [0.45, 0.55], [0.1, 0.9]), mean(&a, [0.0, 0.2], [0.0, 0.3]));
     assert!(sky[2] > sky[0] && sky[2] > boxes[2] + 10.0, "boxes {boxes:?}, sky {sky:?}");
 }
@@ -121,7 +122,7 @@ fn films_have_a_frame_for_their_times() {
         return;
     }
     for name in ["f.mp4", "f.webm"] {
-        // An odd size: most codecs want even ones.
+        // An odd size: most codecs need even ones.
         drawn(&folder, &format!("simulate hello --seconds 0.4 --size 65x49 --render {name}"));
         let mut head = [0; 12];
         File::open(folder.join(name)).unwrap().read_exact(&mut head).unwrap();
@@ -242,7 +243,7 @@ fn display() -> Option<(Ended, String)> {
     (!number.is_empty()).then(|| (server, format!(":{number}")))
 }
 
-/// What the display shows.
+/// The content of the display.
 fn screenshot(display: &str, path: &Path) -> Option<(u32, u32, Vec<u8>)> {
     let mut grab = Command::new("ffmpeg");
     grab.args(["-loglevel", "error", "-nostdin", "-y", "-f", "x11grab", "-video_size", SCREEN]);
@@ -295,7 +296,7 @@ impl Driven {
         }
     }
 
-    /// What the window looks like now; kept for whoever wants to see it.
+    /// The window as it looks now; kept to be looked at.
     fn look(&self, name: &str) -> (u32, u32, Vec<u8>) {
         screenshot(&self.display, &self.folder.join(name)).unwrap()
     }
@@ -360,7 +361,8 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
         title.ends_with(" | soft-step-relax - drystone") && !title.contains("relax | ")
     });
 
-    // Other scenes by the menu: a broken file gives a message, and all stays; one with a broken image opens, with a note.
+    // Other scenes by the menu: a broken file gives a message, and all stays; one with a broken
+    // image opens, with a note.
     fs::write(folder.join("broken.glb"), b"glTF\x02\0\0\0 and then nothing").unwrap();
     let broken = plate(Some("data:image/png;base64,iVBORw0KGgo"), "");
     fs::write(folder.join("noted.gltf"), broken).unwrap();
@@ -385,7 +387,7 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
             let message = points_of(&w.look(&format!("{typed}.png")), orange) > 20;
             message == told && w.title().starts_with(expected)
         });
-        // That it opens is told in the same color, and no longer than that takes.
+        // The message while it opens has the same color, and lasts no longer than that takes.
         sleep(Duration::from_millis(1000));
         let told_still = points_of(&w.look(&format!("{typed}.png")), orange) > 20;
         assert_eq!(told_still, told, "{typed}");
@@ -404,8 +406,9 @@ fn base64_of(bytes: &[u8]) -> String {
     text
 }
 
-/// A glTF file of a plate that stands at rest and faces +z, with an image of four colors on it: red, green in the upper row,
-/// blue, white in the lower one. `image` is the image's URI, if it is to be another one; `material` goes into the material.
+/// A glTF file of a plate that stands at rest and faces +z. An image of four colors is on it: red,
+/// green in the upper row, blue, white in the lower one. `image` is the image's URI, if it is to be
+/// another one; `material` goes into the material.
 fn plate(image: Option<&str>, material: &str) -> String {
     let numbers: [f32; 20] = [
         -1.0, 0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 2.0, 0.5, -1.0, 2.0, 0.5, // places
@@ -529,7 +532,8 @@ fn a_broken_image_is_told_of_and_the_plate_is_plain() {
 #[test]
 fn normal_textures_bend_the_light_and_occlusion_textures_keep_it_off() {
     let folder = folder("render_relief");
-    // The sun stands at the front, to the left and above. How bright the plate is, of an image of one color.
+    // The sun stands at the front, to the left and above. How bright the plate is, of an image of
+    // one color.
     let bright = |color: [u8; 3], material: &str| {
         let mut png = Vec::new();
         let mut encoder = png::Encoder::new(&mut png, 1, 1);

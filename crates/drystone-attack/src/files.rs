@@ -294,8 +294,12 @@ fn load(path: &Path, reading: usize) -> Result<Scene, SceneError> {
                 [gltf::AutoColliders::Hull, gltf::AutoColliders::Mesh, gltf::AutoColliders::Box];
             let auto_colliders = kinds.into_iter().nth(reading);
             let options = gltf::Options { auto_colliders, gravity: None };
-            let read = if ending == "obj" { obj::load } else { gltf::load };
-            let mut loaded = read(path, &options)?;
+            if ending == "obj" {
+                let mut loaded = obj::load(path, &options)?;
+                loaded.read_visuals();
+                return Ok(loaded.scene);
+            }
+            let mut loaded = gltf::load(path, &options)?;
             loaded.read_visuals();
             Ok(loaded.scene)
         }

@@ -1,7 +1,8 @@
-//! The hash of the state at the end of a run, for targets without the command: `cargo xtask targets` runs it on aarch64
-//! and in WebAssembly.
+//! The hash of the state at the end of a run, for targets without the command: `cargo xtask
+//! targets` runs it on aarch64 and in WebAssembly.
 //!
-//! `hash SCENE STEPS [THREADS [LEVEL]]` writes the hash and the name of the SIMD level; LEVEL is the best by default.
+//! `hash SCENE STEPS [THREADS [LEVEL]]` writes the hash and the name of the SIMD level; LEVEL is
+//! the best by default.
 
 use std::env;
 use std::error::Error;
@@ -43,7 +44,8 @@ fn team(threads: usize) -> Result<Arc<dyn Executor>, String> {
     Ok(Arc::new(drystone::threads::Team::with_threads(threads)))
 }
 
-/// Debian's C library for WebAssembly does not even name what starts a thread, so nothing may call it.
+/// Debian's C library for WebAssembly does not even name what starts a thread, so nothing may call
+/// it.
 #[cfg(target_family = "wasm")]
 fn team(threads: usize) -> Result<Arc<dyn Executor>, String> {
     Err(format!("{threads} threads: WebAssembly has one here"))

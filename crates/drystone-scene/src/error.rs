@@ -34,19 +34,19 @@ impl SceneError {
         &self.place
     }
 
-    /// What is wrong.
+    /// The problem.
     #[must_use]
     pub fn problem(&self) -> &str {
         &self.problem
     }
 
-    /// What would have been right; may be empty.
+    /// The values that would have been right; may be empty.
     #[must_use]
     pub fn allowed(&self) -> &str {
         &self.allowed
     }
 
-    /// The same error of a file that the one asked for names.
+    /// The same error, found in a file that the requested file names.
     pub(crate) fn in_place(mut self, file: &str) -> Self {
         self.place = format!("{file} {}", self.place).trim_end().to_owned();
         self
@@ -71,7 +71,7 @@ fn line(text: &str, limit: usize) -> String {
 
 impl Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // What is only noted of a file does not name it.
+        // A note on a file does not name it.
         for (text, limit) in [(&self.file, 300), (&self.place, 200)] {
             if !text.is_empty() {
                 write!(f, "{}: ", line(text, limit))?;

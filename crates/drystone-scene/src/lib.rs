@@ -7,20 +7,22 @@ mod error;
 pub mod file;
 pub mod gltf;
 mod links;
+mod mass;
 pub mod mjcf;
 pub mod obj;
 pub mod own;
+mod read;
 pub mod rigid_ipc;
 mod scene;
-pub mod stl;
+mod transform;
 pub mod urdf;
 pub mod visual;
-mod xml;
 
 pub use build::{BuildError, ResumeError, Running, SavedRun};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
+pub use read::stl;
 pub use scene::{
-    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink,
+    Film, Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink,
     SceneStrand, Script, ScriptAction, StrandDef, Wave,
 };

@@ -1,10 +1,11 @@
-//! Scenes of Rigid-IPC: JSON with a list of bodies, each a mesh beside the file or in a folder `meshes` above it
-//! [Ferguson21].
+//! Scenes of Rigid-IPC: JSON with a list of bodies, each a mesh beside the file or in a folder
+//! `meshes` above it [Ferguson21].
 //!
-//! Read: gravity, friction, restitution, time step and length; of each body mesh (or `vertices` and `faces`),
-//! position, rotation, scale or dimensions, velocities, density, fixed directions, type, group, lasting force and
-//! torque. Convex meshes become hulls; others stay meshes if they stand, and are decomposed if they move; sheets that
-//! move get a thickness. Settings of its solver say nothing here and are listed in the notes.
+//! Read: gravity, friction, restitution, time step and length. For each body: mesh (or `vertices`
+//! and `faces`), position, rotation, scale or dimensions, velocities, density, fixed directions,
+//! type, group, lasting force and torque. Convex meshes become hulls. Others stay meshes if they
+//! stand, and are decomposed if they move. Sheets that move get a thickness. Settings of the
+//! format's solver have no use here and are listed in the notes.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -12,10 +13,9 @@ use std::path::{Component, Path, PathBuf};
 use drystone::{AxisLocks, BodyDef, BodyKind, Filter, Material, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use crate::error::SceneError;
-use crate::file::{self, Kind};
-use crate::gltf::json::{self, At};
-use crate::gltf::mesh::Triangles;
-use crate::obj;
+use crate::read::json::{self, At};
+use crate::read::mesh::{NoSolid, Triangles};
+use crate::read::{UTF8, obj, stem, text};
 use crate::scene::{Load, Scene, Script};
 
 /// Part of its smaller side that a sheet which moves is thick.
@@ -32,10 +32,9 @@ const MOST_GROUPS: usize = 62;
 /// # Errors
 /// A line that names the file, the place in it, what is wrong and what is allowed.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    let text = text(path)?;
-    let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let text = text(path, UTF8)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    from_text(&text, &name, folder).map_err(|e| e.in_file(path))
+    from_text(&text, &stem(path), folder).map_err(|e| e.in_file(path))
 }
 
 /// Reads a scene called `name` from the text of a `.json` file that stands in `folder`.
@@ -55,7 +54,8 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     };
     let mut scene = Scene::new(name, "");
     scene.config.gravity = problem.vec3_or("gravity", Vec3::ZERO)?;
-    // The format knows no sleep, and what just about slides begins more slowly than what sleeps.
+    // The format has no sleep, and a body that barely slides begins more slowly than one that
+    // sleeps.
     scene.config.sleep.enabled = false;
     if let Some(step) = root.get("timestep") {
         let hz = 1.0 / step.above_zero()?;
@@ -87,11 +87,6 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     Ok(scene)
 }
 
-fn text(path: &Path) -> Result<String, SceneError> {
-    String::from_utf8(file::read(path, Kind::Text)?)
-        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "a file of UTF-8 text"))
-}
-
 /// The surface of all bodies.
 fn material(problem: &At<'_>) -> Result<Material, SceneError> {
     let friction = problem.get("coefficient_friction").map_or(Ok(0.0), |f| f.at_least_zero())?;
@@ -107,8 +102,8 @@ fn material(problem: &At<'_>) -> Result<Material, SceneError> {
     Ok(Material { friction, restitution, ..Material::default() })
 }
 
-/// Keys of the file, of its problem and of its bodies that are read. Others are told of; what begins with # is a
-/// remark.
+/// Keys of the file, of its problem and of its bodies that are read. Others are noted; a key that
+/// begins with # is a remark.
 const ROOT: [&str; 5] = ["scene_type", "rigid_body_problem", "timestep", "max_time", "name"];
 const PROBLEM: [&str; 4] =
     ["gravity", "coefficient_friction", "coefficient_restitution", "rigid_bodies"];
@@ -275,7 +270,7 @@ impl Reader<'_> {
             at.error(format!("there is no file \"{file}\""), allowed)
         })?;
         let inner = |e: SceneError| at.error(format!("{file}: {} {}", e.place(), e.problem()), "");
-        let text = text(&path).map_err(inner)?;
+        let text = text(&path, UTF8).map_err(inner)?;
         let triangles = obj::surface(&text).map_err(inner)?;
         self.files.insert(file.to_owned(), triangles.clone());
         Ok(triangles)
@@ -341,7 +336,8 @@ fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)))
 }
 
-/// How the mesh is stretched about its origin: by `dimensions`, which its box is to have, or by `scale`.
+/// How the mesh is stretched about its origin: by `dimensions`, which its box is to have, or by
+/// `scale`.
 fn scale(at: &At<'_>, triangles: &Triangles) -> Result<Vec3, SceneError> {
     if let Some(dimensions) = at.get("dimensions") {
         let (low, high) = bounds(&triangles.points);
@@ -359,18 +355,19 @@ fn scale(at: &At<'_>, triangles: &Triangles) -> Result<Vec3, SceneError> {
     }
 }
 
-/// What a mesh collides as.
+/// The shapes of a mesh on a body that moves or stands.
 fn collider(
     triangles: Triangles,
     at: &At<'_>,
     moves: bool,
     notes: &mut Vec<String>,
 ) -> Result<Vec<ShapeDef>, SceneError> {
+    let refused = |e: NoSolid| at.error(e.problem, e.allowed);
     if let Some(hull) = triangles.convex() {
         return Ok(vec![ShapeDef::new(hull)]);
     }
     if !moves {
-        return Ok(vec![ShapeDef::new(triangles.mesh(at)?)]);
+        return Ok(vec![ShapeDef::new(triangles.mesh().map_err(refused)?)]);
     }
     let (low, high) = bounds(&triangles.points);
     let size = (high - low).to_array();
@@ -386,7 +383,7 @@ fn collider(
         shape.validate().map_err(|e| at.error(e, "a sheet with an area"))?;
         return Ok(vec![ShapeDef::new(shape).with_position((low + high) * 0.5)]);
     }
-    let (shapes, note) = triangles.hulls(at)?;
+    let (shapes, note) = triangles.hulls().map_err(refused)?;
     notes.push(format!("{}: its mesh is {note}", at.place()));
     Ok(shapes.into_iter().map(ShapeDef::new).collect())
 }

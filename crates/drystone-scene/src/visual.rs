@@ -1,10 +1,11 @@
-//! What bodies and their surroundings look like, where a file says it: meshes, materials, images. Knows no graphics.
+//! The look of bodies and their surroundings, where a file gives one: meshes, materials, images. It
+//! does not depend on any graphics.
 
 use std::collections::BTreeMap;
 
 use drystone::Pose;
 
-/// What is to be seen of a scene beside, or in place of, its collision shapes.
+/// The visible part of a scene, beside or in place of its collision shapes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Visuals {
     /// All meshes.
@@ -13,9 +14,10 @@ pub struct Visuals {
     pub materials: Vec<VisualMaterial>,
     /// All images.
     pub images: Vec<Image>,
-    /// What bodies wear, by the [`drystone::BodyDef::user_data`] that a body has from its file.
+    /// Meshes that bodies wear, by the [`drystone::BodyDef::user_data`] that a body has from its
+    /// file.
     pub worn: BTreeMap<u64, Vec<PlacedMesh>>,
-    /// What stands fast and is no body; poses in the world.
+    /// Meshes that are part of no body; poses in the world.
     pub scenery: Vec<PlacedMesh>,
 }
 
@@ -65,7 +67,8 @@ pub struct VisualMaterial {
     pub roughness: f32,
     /// Roughness times its green, metallic times its blue, linear.
     pub surface_texture: Option<Texture>,
-    /// Where the surface faces beside its normal: red along the image's rows, green up, blue out, linear.
+    /// Where the surface faces beside its normal: red along the image's rows, green up, blue out,
+    /// linear.
     pub normal_texture: Option<Texture>,
     /// Factor of its red and green.
     pub normal_scale: f32,
@@ -77,7 +80,7 @@ pub struct VisualMaterial {
     pub emissive: [f32; 3],
     /// Times this one, sRGB.
     pub emissive_texture: Option<Texture>,
-    /// What opacity means.
+    /// The meaning of opacity.
     pub alpha: Alpha,
     /// Seen from behind too.
     pub double_sided: bool,
@@ -85,15 +88,15 @@ pub struct VisualMaterial {
     pub unlit: bool,
 }
 
-/// What the opacity of a material means.
+/// The meaning of a material's opacity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Alpha {
     /// Nothing.
     #[default]
     Opaque,
-    /// What is below this is not there.
+    /// Points with an opacity below this are not drawn.
     Mask(f32),
-    /// What is behind shines through.
+    /// Surfaces behind shine through.
     Blend,
 }
 
@@ -102,13 +105,13 @@ pub enum Alpha {
 pub struct Texture {
     /// Number of the image.
     pub image: usize,
-    /// What is beyond its edges, right and down.
+    /// Continuation beyond its edges, right and down.
     pub wrap: [Wrap; 2],
     /// Points are seen as squares where they are large.
     pub nearest: bool,
 }
 
-/// What is beyond the edges of an image.
+/// Continuation of an image beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The image again.
@@ -132,8 +135,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// Half as many points on each side, rounded down; `mean` tells the byte in place of four, by its channel 0 to 3.
-    /// Bytes that are missing count as 0.
+    /// Half as many points on each side, rounded down. `mean` gives the byte in place of four, by
+    /// its channel 0 to 3. Bytes that are missing count as 0.
     #[must_use]
     pub fn halved(&self, mean: impl Fn(usize, [u8; 4]) -> u8) -> Self {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
@@ -154,7 +157,7 @@ impl Image {
 }
 
 impl Visuals {
-    /// What a body wears, by its user data.
+    /// The meshes that a body wears, by its user data.
     #[must_use]
     pub fn of(&self, user_data: u64) -> &[PlacedMesh] {
         self.worn.get(&user_data).map_or(&[], Vec::as_slice)

@@ -36,7 +36,7 @@ fn poses(running: &Running) -> Vec<Pose> {
     running.bodies.iter().map(|id| running.world.body(*id).unwrap().pose()).collect()
 }
 
-/// What baking leaves out of a motion [m] and [1], and as much again for numbers of 32 bits.
+/// Errors that baking allows of a motion [m] and [1], and as much again for numbers of 32 bits.
 fn same(a: &Pose, b: &Pose) -> bool {
     let turned = a.rotation.to_mat3().transpose() * b.rotation.to_mat3();
     let off = [turned.x.y, turned.x.z, turned.y.z].map(f32::abs);

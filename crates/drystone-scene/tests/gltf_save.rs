@@ -1,4 +1,5 @@
-//! Scenes written as glTF with physics: what the format can say reads back, and what it cannot say is named.
+//! Scenes written as glTF with physics: what the format can say reads back, and what it cannot say
+//! is named.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "tests say what they found")]
 
 use std::path::PathBuf;
@@ -74,7 +75,8 @@ fn joints_read_back_as_they_were_written_and_move_with_the_same_bits() {
     }
 }
 
-/// A motor's damping is infinite, and a file has no number for that: it is written as one that takes all of the motor's force.
+/// A motor's damping is infinite, and a file has no number for that: it is written as one that
+/// takes all of the motor's force.
 #[test]
 fn a_motor_reads_back_as_a_drive_that_holds_its_speed_as_well() {
     let scene = jointed(Hinge::new().with_motor(2.0, 50.0));
@@ -154,7 +156,7 @@ fn scenes_of_which_all_is_said_move_with_the_same_bits() {
         let unsaid = bake::unsaid(&scene);
         let is_exact = scene.bodies.iter().all(|b| {
             let plain = b.def.shapes.iter().all(|s| s.density.to_bits() == 1000.0_f32.to_bits());
-            // Velocities are told in the frame of the node.
+            // Velocities are given in the frame of the node.
             let turns = b.def.rotation != drystone::Quat::IDENTITY;
             let still = b.def.linear_velocity == Vec3::ZERO && b.def.angular_velocity == Vec3::ZERO;
             (plain || b.def.kind != BodyKind::Dynamic) && (still || !turns)
@@ -203,9 +205,9 @@ fn what_gltf_cannot_say_is_named_with_its_count() {
     assert!(!bake::unsaid(&named("rope").unwrap()).is_empty());
 }
 
-/// Files of others, read, written and read again: the same bodies, shapes and joints, on the same way. Inertia goes through its
-/// principal axes, so bits may differ by rounding, 1e-7 of each number; in half a second contacts let that grow by no
-/// more than a thousand times.
+/// Files of others, read, written and read again: the same bodies, shapes and joints, on the same
+/// way. Inertia goes through its principal axes, so bits may differ by rounding, 1e-7 of each
+/// number. In half a second contacts let that grow by no more than a thousand times.
 #[test]
 fn files_of_others_read_back_to_the_same_bodies_shapes_and_joints() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/gltf-khr-own");

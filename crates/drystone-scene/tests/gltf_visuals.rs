@@ -1,4 +1,5 @@
-//! What glTF files show: meshes, materials, images. Broken ones are told of, and never stop a file from being simulated.
+//! Visuals of glTF files: meshes, materials, images. Broken ones are noted, and never stop a file
+//! from being simulated.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -144,7 +145,8 @@ fn images_are_found_in_buffers_and_beside_the_file_as_jpeg_too() {
     std::fs::remove_dir_all(&folder).unwrap();
     let image = &loaded.scene.visuals.images[0];
     assert_eq!((image.width, image.height), (8, 8));
-    // What was written was (255, 165, 0); JPEG keeps flat colors to some steps of its finest table.
+    // The color was written as (255, 165, 0); JPEG keeps flat colors to some steps of its finest
+    // table.
     let near = |p: &[u8]| p[0] > 249 && p[1].abs_diff(165) < 6 && p[2] < 6 && p[3] == 255;
     assert!(image.rgba.chunks(4).all(near), "{:?}", &image.rgba[..4]);
 }

@@ -1,7 +1,8 @@
-//! Files that ask for more than they say, and the inputs that fuzzing begins with: each is read or refused, soon.
+//! Files that ask for more than they say, and the inputs that fuzzing begins with: each is read or
+//! refused, soon.
 //!
-//! No test reads a clock: what grows with a product of two counts of a file takes minutes or all memory here, not
-//! seconds.
+//! No test reads a clock: what grows with a product of two counts of a file takes minutes or all
+//! memory here, not seconds.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -130,7 +131,8 @@ fn many_parts_of_many_vertices_are_read() {
     assert_eq!(loaded.scene.bodies.len(), 60_000);
 }
 
-/// Found by the search for what breaks: the library that decomposes meshes panics on a cylinder with one corner out of place.
+/// Found by the search for what breaks: the library that decomposes meshes panics on a cylinder
+/// with one corner out of place.
 #[test]
 fn a_mesh_that_cannot_be_decomposed_is_taken_as_its_hull() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/rigid-ipc/meshes/cylinder.obj");

@@ -31,7 +31,7 @@ fn body(running: &Running, name: &str) -> Pose {
     Pose::new(body.position(), body.rotation())
 }
 
-/// Largest error of any joint [m], as the engine tells it.
+/// Largest error of any joint [m], by the engine.
 fn joint_error(running: &Running) -> f32 {
     running.world.joints().map(|j| j.error()).fold(0.0, f32::max)
 }
@@ -162,8 +162,8 @@ fn a_spring_swings_at_its_frequency() {
     let count = crossings.len() - 1;
     let period = (crossings[count] - crossings[0]) / f32::from(u8::try_from(count).unwrap());
     let exact = 2.0 * core::f32::consts::PI * 0.1;
-    // Linear interpolation between steps of 1/38 of a period, twice, over seven periods; the method's own error
-    // at 480 Hz is (ω h)²/24 = 2e-5.
+    // Linear interpolation between steps of 1/38 of a period, twice, over seven periods; the
+    // method's own error at 480 Hz is (ω h)²/24 = 2e-5.
     assert!((period / exact - 1.0).abs() < 1.0e-3, "{period} s, {exact} s");
 }
 
@@ -220,8 +220,9 @@ fn the_world_is_a_body_of_relations() {
         assert!(height(&through) < -10.0, "nothing stops it");
         for kind in ["weld", "connect"] {
             let held = ball(&format!("<equality><{kind} {names} anchor=\"0 0 0\"/></equality>"));
-            // An anchor is a point of the second body for a weld, of the first for a connection: the ball's
-            // own center, or the origin of the world, a meter below, about which the ball falls over.
+            // An anchor is a point of the second body for a weld, of the first for a connection.
+            // That is the ball's own center, or the origin of the world, a meter below, about which
+            // the ball falls over.
             let least = if kind == "weld" || a == "ball" { 0.99 } else { 0.09 };
             assert!(height(&held) > least, "{kind} {names}: {}", height(&held));
         }
@@ -250,7 +251,7 @@ fn a_mesh_that_is_missing_is_told_before_the_mass_that_it_leaves() {
 #[test]
 fn the_humanoid_falls_and_stays_in_one_piece() {
     let scene = load("humanoid.xml");
-    // What the geoms of the file weigh at 1000 kg/m³.
+    // Mass of the geoms of the file at 1000 kg/m³.
     let total: f32 = (1..scene.bodies.len()).map(|i| mass(&scene, i).0).sum();
     assert!((total - 40.844).abs() < 0.01, "{total}");
     let mut worst = 0.0_f32;
@@ -302,7 +303,8 @@ fn the_cradle_passes_momentum_on() {
     println!("farthest {farthest:?} of {swing} m, strings {stretch} m");
     let parts = farthest.map(|far| far / swing);
     for part in &parts[3..] {
-        // What the acceptance list asks of a cradle: 0.97 of the speed, to which the way is in proportion.
+        // The acceptance list requires 0.97 of the speed of a cradle, to which the way is in
+        // proportion.
         assert!((part - 1.0).abs() < 0.03, "{parts:?}");
     }
     // The others have no more than the energy that is left of two.
@@ -355,12 +357,13 @@ fn the_slider_crank_closes_its_loop() {
     });
     println!("slider {off} m, loop {gap} m");
     assert!(turned > 1.0, "it swings beyond straight down");
-    // What the acceptance list asks of a slider-crank: 2 mm.
+    // The acceptance list requires 2 mm of a slider-crank.
     assert!(off < 2.0e-3 && gap < 2.0e-3, "{off} {gap}");
 }
 
-/// The pendulum of a hinge, a slide, a ball and a hinge over five seconds: how far its energy comes from the first [J], its largest
-/// energy of motion [J], its fastest spin [rad/s].
+/// The pendulum of a hinge, a slide, a ball and a hinge over five seconds. Returns its energy's
+/// largest difference to the first [J], its largest energy of motion [J], and its fastest spin
+/// [rad/s].
 fn pendulum(scene: &Scene) -> (f64, f64, f32) {
     let energy = |running: &Running| {
         let (first, second) = (body(running, "#1"), body(running, "#2"));
@@ -390,20 +393,22 @@ fn the_energy_of_the_pendulum_of_hinge_slide_ball_and_hinge_is_kept() {
         assert_eq!((scene.bodies.len(), scene.joints.len()), (5, 4));
         let (off, motion, spin) = pendulum(&scene);
         println!("{hz} Hz: {off} J of {motion} J, spin up to {spin} rad/s");
-        // Its thin parts spin so fast that a step turns them by an angle of order one: what is frozen over a
-        // step is off by that angle, and energy with it, to first order and not in one direction.
+        // Its thin parts spin so fast that a step turns them by an angle of order one. A quantity
+        // that is frozen over a step is off by that angle, and energy with it, to first order and
+        // not in one direction.
         let angle = f64::from(spin / hz);
         assert!(off < angle * motion, "{hz} Hz: {off} J, {angle} rad");
         drift.push(off / motion);
     }
-    // A sixteenth of the step: a sixteenth of the error if all were of first order. Rates beside each other are in no order, for errors
-    // of either sign add up (240 Hz is better than 480).
+    // A sixteenth of the step: a sixteenth of the error if all were of first order. Rates beside
+    // each other are in no order, for errors of either sign add up (240 Hz is better than 480).
     assert!(drift[2] < 0.25 * drift[0], "{drift:?}");
 }
 
-/// At 60 Hz a step turns its parts by a radian. What is frozen is so only over a round, one of a substep of the world, and energy is
-/// off by its angle to first order. Its motion is chaotic, so one path says little: 48 of them are off by less than that in the mean.
-/// (Frozen over a step it gained up to 10 J, or all of the finite numbers, as the path fell out.)
+/// At 60 Hz a step turns its parts by a radian. Quantities are frozen only over a round, which is a
+/// substep of the world, and energy is off by its angle to first order. Its motion is chaotic, so
+/// one path says little: 48 of them are off by less than that in the mean. (Frozen over a step it
+/// gained up to 10 J, or left the finite numbers, depending on the path.)
 #[test]
 fn the_pendulum_keeps_its_energy_at_60_hz() {
     let paths = 48_u8;

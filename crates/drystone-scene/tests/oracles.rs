@@ -19,7 +19,7 @@ struct Run {
     events: Vec<&'static str>,
     /// The greatest gap of a joint so far [m].
     gap: f32,
-    /// Of the whole world at every step [J].
+    /// Energy of the whole world at every step [J].
     energy: Vec<f64>,
 }
 
@@ -59,7 +59,7 @@ impl Run {
         self.loaded.scene.bodies.iter().position(|b| b.name == name).unwrap()
     }
 
-    /// What the oracle files call `name` of a body.
+    /// The value that the oracle files call `name`, of a body.
     fn quantity(&self, b: usize, name: &str) -> f32 {
         let body = self.world.body(self.ids[b]).unwrap();
         let (p, v, w) = (body.position(), body.linear_velocity(), body.angular_velocity());
@@ -122,7 +122,8 @@ fn check(name: &str, failures: &mut Vec<String>) {
             "after_s" | "over_s" | "note" | "exact_count" => {}
             "anchor_gap_max" => range("gap", run.gap, 0.0, number(value)),
             "energy_rel_max" => {
-                // Of what it has above its lowest place, 1 m under the anchor, when let go at rest.
+                // Against its energy above its lowest place, 1 m under the anchor, when let go at
+                // rest.
                 let whole = f64::from(run.world.body(run.ids[1]).unwrap().mass() * 9.81);
                 let change = |e: &f64| ((e - run.energy[0]) / whole).abs();
                 let most = run.energy.iter().map(change).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! The own format: what is written reads back to the same bits, and what is wrong is told where it stands.
+//! The own format: files that are written read back to the same bits, and errors name their place.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "tests say what they found")]
 
 use std::path::{Path, PathBuf};
@@ -32,7 +32,8 @@ fn small(name: &'static str) -> Scene {
     named(&parameters.map_or_else(|| name.to_owned(), |p| format!("{name}:{p}"))).unwrap()
 }
 
-/// Writes a scene, reads it, and steps both: they hold the same bits at the start and after every step.
+/// Writes a scene, reads it, and steps both: they hold the same bits at the start and after every
+/// step.
 fn goes_round(scene: &Scene, steps: u32) {
     let name = &scene.name;
     let text = own::to_text(scene).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -105,7 +106,7 @@ fn error_of(text: &str) -> String {
     own::from_text(text, "x", Path::new("")).err().map_or_else(String::new, |e| e.to_string())
 }
 
-/// What is wrong in a file with one body, by the field where it is.
+/// Errors in a file with one body, by the field where they are.
 #[test]
 fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
     let body = |inner: &str| format!("{{\"drystone\": 1,\n\"bodies\": [\n  {{{inner}}}]}}");
@@ -240,7 +241,7 @@ fn every_example_scene_runs_and_does_what_it_says() {
         let at = running.world.body(*id).unwrap().position();
         assert!(at.y > -0.75, "{name} is at {at:?}");
     }
-    // The door comes to its stop at 1.745 rad, within the give of a hard stop under 120 N m.
+    // The door reaches its stop at 1.745 rad, within the give of a hard stop under 120 N m.
     let door = own::load(&folder.join("door.json"), &own::Options::default()).unwrap();
     let mut running = door.build().unwrap();
     for _ in 0..360 {
@@ -312,7 +313,8 @@ fn a_part_stands_where_it_is_put_and_moves_as_it_would_alone() {
         running.world.body(running.bodies[n]).unwrap().position()
     };
     let bob = at(&alone, 1);
-    // x of the part is -z of the world after a quarter turn about y. Rounding of a second of swinging, at 4 m: 1e-4.
+    // x of the part is -z of the world after a quarter turn about y. Rounding of a second of
+    // swinging, at 4 m: 1e-4.
     let left = at(&whole, 2) - drystone::vec3(-4.0, 2.0, 0.0);
     let right = at(&whole, 4) - drystone::vec3(4.0, 2.0, 0.0);
     assert!((left - bob).length() < 1.0e-4, "{left:?} {bob:?}");
@@ -337,7 +339,7 @@ fn parts_that_cannot_be_are_refused_at_their_place() {
     let table = [
         (r#"{"file": "none.json", "name": "a"}"#, "parts[0].file"),
         (r#"{"file": "/etc/passwd", "name": "a"}"#, "allowed is a path relative to this file"),
-        (r#"{"file": "a.txt", "name": "a"}"#, "its name tells no known format"),
+        (r#"{"file": "a.txt", "name": "a"}"#, "its name has no known ending"),
         (r#"{"file": "pendulum.json", "name": ""}"#, "parts[0].name: is empty"),
         (r#"{"file": "pendulum.json", "name": "a", "base": "fixed"}"#, "it is no .urdf file"),
         (

@@ -51,7 +51,8 @@ fn an_arch_of_25_stones_stands() {
         let center = |id: &drystone::BodyId| r.world.body(*id).unwrap().center_of_mass();
         r.bodies.iter().map(center).collect::<Vec<Vec3>>()
     };
-    // The file leaves gaps of some centimeters between the stones, 62 m high: in three seconds they close.
+    // The file leaves gaps of some centimeters between the stones, 62 m high: in three seconds they
+    // close.
     let mut all = Vec::new();
     run(&scene, 8.0, |r| all.push(places(r)));
     let (then, end) = (&all[299], &all[799]);
@@ -70,7 +71,8 @@ fn links_of_a_chain_hold_each_other() {
     assert!(matches!(scene.bodies[0].def.shapes[0].shape, Shape::Mesh(_)));
     assert!(scene.bodies[1].def.shapes.len() > 4, "a ring that moves is several hulls");
     assert!(scene.notes.iter().any(|n| n.contains("decomposed")), "{:?}", scene.notes);
-    // Rings of 1 m, so a link of a chain that is whole is never farther than that from the one before.
+    // Rings of 1 m, so a link of a chain that is whole is never farther than that from the one
+    // before.
     let apart = |r: &Running, i: usize| {
         let at = |i: usize| r.world.body(r.bodies[i]).unwrap().center_of_mass();
         (at(i) - at(i - 1)).length()

@@ -205,8 +205,8 @@ fn meshes_beside_the_file_are_hulls_and_missing_ones_are_told() {
     assert!(scene.notes.iter().any(|n| n.contains("a: it has no inertial")));
 }
 
-/// Angles of the two links from up, and their rates, of the double pendulum of the file under this gravity
-/// [y, z]: Lagrange's equations, with the damping of its joints.
+/// Angles of the two links from up, and their rates, of the double pendulum of the file under this
+/// gravity [y, z]: Lagrange's equations, with the damping of its joints.
 fn pendulum_rates([a, b, u, v]: [f64; 4], gravity: [f64; 2]) -> [f64; 4] {
     let (m1, m2, i1, i2) = (0.2, 0.3, 0.000_177_083, 0.001_015_625);
     let (l, c1, c2, damping) = (0.1, 0.05, 0.1, 0.05);
@@ -262,10 +262,11 @@ fn the_double_pendulum_swings_as_its_equations_say() {
         assert!(x[0].abs() > 0.5 && fastest > 0.3, "{x:?}");
         println!("{hz} Hz: {off} m at up to {fastest} m/s");
         errors.push(off);
-        // What acts is known to a step: it is off by no more than the way of a step at the greatest speed.
+        // The acceleration is known to a step: it is off by no more than the way of a step at the
+        // greatest speed.
         assert!(off < fastest / f64::from(hz), "{hz} Hz: {off}, {fastest} m/s");
     }
-    // Of first order: a quarter.
+    // First order in the step: a quarter.
     assert!(errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
@@ -344,7 +345,8 @@ fn what_is_coupled_counts_as_the_file_does() {
     let turn =
         |i: usize| running.world.joint(running.joints[i]).unwrap().coordinates().unwrap()[1].x;
     assert!((turn(1) + 3.0 * turn(0) - 0.25).abs() < 1.0e-3, "{} {}", turn(0), turn(1));
-    // 1 N m s on 1 kg m² and nine times that through the coupling, less what its offset turned at first.
+    // 1 N m s on 1 kg m² and nine times that through the coupling, less what its offset turned at
+    // first.
     assert!(turn(0) > 0.1, "{}", turn(0));
     for (part, wrong) in [("joint=\"j\"", "joint=\"x\""), ("joint=\"j\"", "joint=\"k\"")] {
         assert!(read(&inside.replace(part, wrong)).unwrap_err().to_string().contains("it mimics"));

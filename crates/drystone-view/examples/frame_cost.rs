@@ -1,5 +1,6 @@
-//! What watching costs: `cargo run --release -p drystone-view --example frame_cost [SCENE]`. Times are those
-//! of the processor on the thread that does it, without what the graphics driver does on others.
+//! The cost of watching: `cargo run --release -p drystone-view --example frame_cost [SCENE]`. Times
+//! are those of the processor on the thread that draws, without those of the graphics driver on
+//! other threads.
 
 use std::error::Error;
 use std::fs::read_to_string;

@@ -1,4 +1,4 @@
-//! What mouse and keys do over the picture.
+//! Mouse and keys over the picture.
 
 use drystone::Vec3;
 use drystone_render::{Camera, Subject};
@@ -8,13 +8,13 @@ use crate::panel::Panel;
 use crate::settings::next_method;
 use crate::sim::{Command, Deed, Shown};
 
-/// The camera and what the mouse is at.
+/// The camera and the state of the mouse.
 #[derive(Debug)]
 pub(crate) struct Control {
     pub(crate) camera: Option<Camera>,
     /// Where the runs are drawn, from left to right [points of the screen].
     pub(crate) parts: Vec<Rect>,
-    /// Number of the last grab that was asked for, while the left button is down.
+    /// Number of the last grab that was sent, while the left button is down.
     grab: Option<u64>,
     asked: u64,
 }
@@ -46,7 +46,7 @@ impl Control {
         self.camera = Some(subject.camera(subject.angles(), aspect));
     }
 
-    /// Takes in what the mouse did over the picture.
+    /// Takes in the mouse's moves over the picture.
     pub(crate) fn mouse(
         &mut self,
         ui: &Ui,
@@ -56,7 +56,7 @@ impl Control {
     ) {
         let Some(camera) = self.camera else { return };
         if let Some(touch) = ui.input(egui::InputState::multi_touch) {
-            // Two fingers move the view; what the first one took hold of is let go.
+            // Two fingers move the view; the body that the first one holds is let go.
             if self.grab.take().is_some() {
                 send(Command::Release);
             }
@@ -76,7 +76,8 @@ impl Control {
             if area.drag_started_by(PointerButton::Primary) && !shift {
                 self.asked += 1;
                 self.grab = Some(self.asked);
-                // What was under the pointer when the button went down, not where the drag was noticed.
+                // The body under the pointer when the button went down, not where the drag was
+                // noticed.
                 let (o, d, side) = self.ray(&camera, pressed.unwrap_or(at));
                 send(Command::Grab(o, d, side));
             }

@@ -1,5 +1,5 @@
-//! A run that can go back: states at some steps, what the user did at each, and the steps between by
-//! doing them again. That gives the same bits, for the engine does.
+//! A run that can go back: states at some steps, the user's actions at each, and the steps between
+//! by doing them again. That gives the same bits, for the engine does.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ const MOST_BYTES: usize = if cfg!(target_arch = "wasm32") { 1 << 27 } else { 1 <
 /// From here on a state is large [bytes].
 const LARGE: usize = 1 << 21;
 
-/// What the user does to a world before a step.
+/// An action of the user on a world before a step.
 #[derive(Clone, Debug)]
 pub enum Input {
     /// A force on a body for one step.
@@ -60,7 +60,7 @@ pub struct History {
     states: BTreeMap<u64, Running>,
     /// Steps between states.
     every: u64,
-    /// What the user did before the step of their number.
+    /// The user's actions before the step of their number.
     inputs: BTreeMap<u64, Vec<Input>>,
     /// How many of the next step's inputs have already been done.
     done: usize,
@@ -77,8 +77,8 @@ impl History {
         Self { running, dt, states, every, inputs: BTreeMap::new(), done: 0, furthest: 0 }
     }
 
-    /// Another run with the same past. It keeps only the first state: the others come again as they are
-    /// needed.
+    /// Another run with the same past. It keeps only the first state: the others come again as they
+    /// are needed.
     #[must_use]
     pub fn fork(&self) -> Self {
         let states = self.states.iter().take(1).map(|(n, state)| (*n, state.clone())).collect();
@@ -111,7 +111,7 @@ impl History {
         self.dt
     }
 
-    /// Does something now. What was done later in an earlier run of this step is forgotten.
+    /// Applies an action now. Actions that came later in an earlier run of this step are forgotten.
     pub fn act(&mut self, input: Input) {
         let step = self.step_count();
         self.keep_state();
@@ -130,11 +130,11 @@ impl History {
         self.done = inputs.len();
     }
 
-    /// Takes a step, with the inputs that it had when it was first taken; `after` is told of the
-    /// engine's stages.
+    /// Takes a step, with the inputs that it had when it was first taken; `after` runs after each
+    /// of the engine's stages.
     ///
     /// # Errors
-    /// The engine refuses what the scene's script wants; no step was taken.
+    /// The engine refuses an action of the scene's script; no step was taken.
     pub fn step(&mut self, after: &mut dyn FnMut(Stage)) -> Result<(), BuildError> {
         let step = self.step_count();
         self.keep_state();
@@ -154,7 +154,7 @@ impl History {
     /// Goes to a step, back or forward.
     ///
     /// # Errors
-    /// The engine refuses what the scene's script wants; the run stands before that step.
+    /// The engine refuses an action of the scene's script; the run stands before that step.
     pub fn seek(&mut self, step: u64) -> Result<(), BuildError> {
         let here = self.step_count();
         if let Some((&number, state)) = self.states.range(..=step).next_back()
@@ -185,14 +185,14 @@ impl History {
     }
 }
 
-/// Roughly what a copy of a world takes.
+/// Approximate memory of a copy of a world.
 fn bytes(world: &World) -> usize {
     let counts = world.counts();
     let bodies = counts.fixed + counts.kinematic + counts.dynamic;
     600 * bodies + 400 * (counts.shapes + counts.joints) + 400 * counts.pairs
 }
 
-/// What the engine refuses of an input does not happen: a body may be gone, a place beyond its limits.
+/// An input that the engine refuses has no effect: a body may be gone, a place beyond its limits.
 fn apply(running: &mut Running, input: &Input) {
     let world = &mut running.world;
     match input {

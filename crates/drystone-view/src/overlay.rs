@@ -1,4 +1,4 @@
-//! What is drawn over bodies to show what the engine knows of them.
+//! Lines and colors over bodies that show the engine's data.
 
 use drystone::contact::ContactRef;
 use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions};
@@ -6,7 +6,7 @@ use drystone::geometry::Aabb;
 use drystone::{BodyId, BodyKind, JointKind, Vec3, World};
 use drystone_render::{Color, Drawing, Groups, body_color};
 
-/// What is shown.
+/// The overlays that are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "switches that do not depend on each other")]
 pub struct Overlays {
@@ -30,11 +30,11 @@ pub struct Overlays {
     pub colliders: bool,
     /// Bodies that sleep are dim.
     pub sleeping: bool,
-    /// What the color of a body tells.
+    /// The meaning of a body's color.
     pub tint: Tint,
 }
 
-/// What the color of a body tells.
+/// The meaning of a body's color.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tint {
     /// Only which one it is.
@@ -54,7 +54,7 @@ const FRICTION: Color = [120, 60, 180, 255];
 const CENTER: Color = [20, 20, 20, 255];
 const VELOCITY: Color = [30, 140, 60, 255];
 
-/// Adds lines for what is shown; `scale` is the size of what is framed [m].
+/// Adds the lines of the overlays; `scale` is the size of the subject [m].
 pub fn add(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32) {
     if overlays.bounds {
         for shape in world.bodies().flat_map(|b| b.shapes().collect::<Vec<_>>()) {
@@ -195,8 +195,8 @@ fn level_colors(world: &World) -> Vec<Color> {
     colors
 }
 
-/// A color for each body's slot, equal within an island: dynamic bodies that contacts with points or
-/// joints connect.
+/// A color for each body's slot, equal within an island: dynamic bodies that contacts with points
+/// or joints connect.
 fn island_colors(world: &World) -> Vec<Color> {
     let slot = |id: BodyId| id.index() as usize;
     let count = world.bodies().map(|b| slot(b.id()) + 1).max().unwrap_or(0);

@@ -14,7 +14,7 @@ const PICTURE_TIME: f64 = 1.0 / 60.0;
 /// Time behind the clock that is not made up for [s].
 const BEHIND: f64 = 0.1;
 
-/// What is due when.
+/// The times at which steps and pictures are due.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     /// The next step.
@@ -83,9 +83,9 @@ impl Simulation {
         }
     }
 
-    /// What [`Self::run`] does between two pictures, for at most `budget` and a step: obeys what was
-    /// asked, takes the steps that are due, puts what is to be shown into the slot. Returns false when
-    /// the window is gone.
+    /// The part of [`Self::run`] between two pictures, for at most `budget` and a step. Carries out
+    /// the commands, takes the steps that are due, puts the picture into the slot. Returns false
+    /// when the window is gone.
     pub fn pump(
         &mut self,
         commands: &Receiver<Command>,

@@ -19,10 +19,10 @@ use crate::sim::{Command, Deed, Sample, Shown};
 /// Steps in the plots.
 const PLOTTED: usize = 300;
 
-/// Of messages.
+/// Color of messages.
 const WARNING: Color32 = Color32::from_rgb(255, 140, 90);
 
-/// What the panel remembers.
+/// The state of the panel.
 #[derive(Debug, Default)]
 pub(crate) struct Panel {
     pub(crate) speed: f32,
@@ -31,7 +31,7 @@ pub(crate) struct Panel {
     side: usize,
     scene: u64,
     samples: [VecDeque<Sample>; 2],
-    /// Settings of a side that were asked for and are not yet in force.
+    /// Settings of a side that were sent and are not yet in force.
     asked: [Option<WorldConfig>; 2],
     /// Why the last choice among settings was refused.
     refused: Option<String>,
@@ -39,7 +39,7 @@ pub(crate) struct Panel {
     typed: String,
     /// Whether keys are explained.
     pub(crate) help: bool,
-    /// What was read over the picture and closed: the scene's number, the message.
+    /// The message over the picture that was read and closed, with the scene's number.
     read: Option<(u64, Option<String>)>,
     /// Whether it is seen, if the user said so; else a narrow window leaves it out.
     pub(crate) open: Option<bool>,
@@ -108,7 +108,7 @@ impl Panel {
         });
     }
 
-    /// What is left of it in the corner while it is closed.
+    /// The button in the corner while it is closed.
     pub(crate) fn corner(
         &mut self,
         context: &Context,
@@ -291,7 +291,7 @@ impl Panel {
     }
 }
 
-/// What of the scene's file was left out.
+/// Notes on the parts of the scene's file that were left out.
 fn notes(ui: &mut Ui, shown: &Shown) {
     if shown.notes.is_empty() {
         return;
@@ -397,7 +397,7 @@ pub(crate) fn film_bar(ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)
     });
 }
 
-/// What keys and mouse do.
+/// Explains keys and mouse.
 pub(crate) fn help(ui: &mut Ui) {
     let rows = [
         ("drag a body", "pull and throw it"),

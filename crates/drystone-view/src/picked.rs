@@ -1,4 +1,4 @@
-//! What the engine knows of the body that is looked at.
+//! The engine's data on the body that is picked.
 
 use drystone::audit::AwakeCause;
 use drystone::{BodyId, BodyKind, Vec3};
@@ -9,7 +9,7 @@ use drystone_scene::Running;
 pub struct Picked {
     /// Its name and kind.
     pub title: String,
-    /// What is known of it, a line each.
+    /// Its data, a line each.
     pub lines: Vec<String>,
     /// From its middle over those that it touches to the one that keeps it awake [m, world].
     pub path: Vec<Vec3>,
@@ -17,7 +17,7 @@ pub struct Picked {
     pub frozen: Option<bool>,
 }
 
-/// What is known of a body; nothing if it is gone.
+/// The data of a body; nothing if it is gone.
 pub(crate) fn look(running: &Running, id: BodyId) -> Option<Picked> {
     let world = &running.world;
     let body = world.body(id)?;

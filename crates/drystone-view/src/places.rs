@@ -22,7 +22,7 @@ pub(crate) fn note_rect(context: &Context, name: &str, rect: Rect) {
     });
 }
 
-/// What was noted since the last call.
+/// The places that were noted since the last call.
 #[must_use]
 pub fn take(context: &Context) -> Vec<Place> {
     context.data_mut(|data| data.remove_temp(id()).unwrap_or_default())

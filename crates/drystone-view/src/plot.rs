@@ -22,7 +22,7 @@ pub(crate) const STAGE_COLORS: [Color32; STAGES] = [
     Color32::from_rgb(205, 96, 108),
 ];
 
-/// Draws values from left to right over their range; `text` says what they are and the last one.
+/// Draws values from left to right over their range; `text` is their name and the last one.
 pub(crate) fn plot(ui: &mut Ui, text: &str, values: impl Iterator<Item = f32> + Clone) {
     let rect = back(ui);
     let painter = ui.painter_at(rect);
@@ -80,7 +80,7 @@ fn places(rect: Rect, values: impl Iterator<Item = f32> + Clone) -> Vec<Pos2> {
     let finite = values.filter(|v| v.is_finite());
     let (low, high) =
         finite.clone().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    // What only wavers in its last digits is a level line.
+    // Numbers that differ only in their last digits are a level line.
     let range = (high - low).max(1.0e-4 * high.abs().max(low.abs())).max(1.0e-12);
     let count = finite.clone().count().max(2);
     #[expect(clippy::cast_precision_loss, reason = "some hundred values")]

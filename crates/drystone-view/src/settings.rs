@@ -52,7 +52,7 @@ pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
     refused
 }
 
-/// What is switched of the method. What does not go together is refused.
+/// Choices of the method's options. Options that do not go together are refused.
 fn options(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
     let o = *config.method.options();
     let mut refused = None;
@@ -153,7 +153,7 @@ pub(crate) fn next_method(method: &Method) -> Option<Method> {
 mod tests {
     use drystone::WorldConfig;
 
-    /// Whoever adds a field to the configuration finds it missing here.
+    /// A new field of the configuration is missing here until it is added.
     #[test]
     fn every_field_has_a_row() {
         let source = include_str!("settings.rs");

@@ -1,4 +1,5 @@
-//! One of the runs that are shown: its past, the numbers of its steps, and where bodies are between two of them.
+//! One of the runs that are shown: its past, the numbers of its steps, and where bodies are between
+//! two of them.
 
 use drystone::contact::ContactRef;
 use drystone::{BodyId, Pose, Quat, Stage, WorldCounts};
@@ -32,7 +33,8 @@ impl Sample {
 pub(crate) struct Side {
     pub(crate) history: History,
     pub(crate) samples: Vec<Sample>,
-    /// Where bodies were before the last step, by their slots; empty if nobody asks.
+    /// Poses of bodies before the last step, by their slots; empty if no picture between steps
+    /// needs them.
     pub(crate) before: Vec<Option<(BodyId, Pose)>>,
     /// Counted now and then: it takes a look at every contact.
     pub(crate) counts: WorldCounts,

@@ -42,15 +42,22 @@ fn read(name: &str, bytes: &[u8], film: bool) -> Result<drystone_scene::Scene, S
     // Of a file without physics: what it shows falls.
     let options = gltf::Options { auto_colliders: Some(AutoColliders::Hull), gravity: None };
     let is_obj = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
-    let read = if is_obj {
-        obj::from_slice(bytes, name, &options)
+    let scene = if is_obj {
+        obj::from_slice(bytes, name, &options).and_then(|mut loaded| {
+            if film {
+                return Err(obj::no_film(name));
+            }
+            loaded.read_visuals();
+            Ok(loaded.scene)
+        })
     } else {
-        gltf::from_slice(bytes, name, Path::new(""), &options)
+        gltf::from_slice(bytes, name, Path::new(""), &options).and_then(|mut loaded| {
+            if film {
+                return gltf::film(loaded);
+            }
+            loaded.read_visuals();
+            Ok(loaded.scene)
+        })
     };
-    let seen = |mut loaded: gltf::LoadedGltf| {
-        loaded.read_visuals();
-        loaded.scene
-    };
-    let scene = if film { read.and_then(gltf::film) } else { read.map(seen) };
     scene.map_err(|e| e.to_string())
 }

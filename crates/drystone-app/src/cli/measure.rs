@@ -6,7 +6,8 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use drystone::method::Method;
 
-use super::{Length, Source, assignment, hz};
+use super::parse::{assignment, hz};
+use super::source::{Length, Source};
 
 const BENCH_EXAMPLES: &str = "\
 Examples:
@@ -56,7 +57,7 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 
-    /// What threads gain, in steps that one world and its twin take in turn
+    /// Measure the gain of threads, in steps that one world and its twin take by turns
     #[arg(long, conflicts_with_all = ["json", "runs"])]
     pub(crate) scaling: bool,
 }
@@ -158,8 +159,9 @@ pub(crate) struct Validate {
     #[arg(long)]
     pub(crate) short: bool,
 
-    /// Run the tests whose error should fall with the step at 1, 2, 4 and 8 substeps and at 30, 60 and
-    /// 120 Hz, and print the errors and the order in which they fall (as text, or with --markdown)
+    /// Run the tests whose error should fall with the step at 1, 2, 4 and 8 substeps and at 30, 60
+    /// and 120 Hz, and print the errors and the order in which they fall (as text, or with
+    /// --markdown)
     #[arg(long)]
     pub(crate) sweep: bool,
 

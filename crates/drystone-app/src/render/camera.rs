@@ -5,7 +5,7 @@ use std::str::FromStr;
 use drystone::Vec3;
 use drystone_render::{Camera, Subject, ViewAngles};
 
-/// What may be said, for messages.
+/// Cameras that are allowed, for messages.
 pub(crate) const ALLOWED: &str = "front, back, left, right, top, turntable, or yaw=DEGREES, \
      pitch=DEGREES, zoom=FACTOR, turn=DEGREES_A_SECOND, eye=X:Y:Z, at=X:Y:Z, fov=DEGREES; several \
      separated by commas";
@@ -60,7 +60,7 @@ impl CameraSpec {
     /// A camera that was found, put where it is said to be.
     pub(crate) fn placed(&self, found: Camera) -> Camera {
         let field_of_view = self.fov.map_or(found.field_of_view, f32::to_radians);
-        // A longer lens stands farther off: what is framed stays.
+        // A longer lens stands farther off, so the frame stays.
         let half = |angle: f32| drystone::math::trig::tan(0.5 * angle);
         let farther = half(found.field_of_view) / half(field_of_view);
         let mut camera = found.dollied(farther / self.zoom.unwrap_or(1.0));

@@ -6,10 +6,9 @@ use std::process::{Child, Command, Stdio};
 
 use drystone_render::Picture;
 
-use crate::cli::has_extension;
-use crate::output::{Failure, Output, probe};
+use crate::output::{Failure, Output, has_extension, probe};
 
-/// What `--render` makes, by the file's name.
+/// The kind of output of `--render`, by the file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// One PNG.
@@ -22,11 +21,11 @@ pub(crate) enum Kind {
     Film,
 }
 
-/// Endings that ffmpeg is asked for.
+/// Endings of files that ffmpeg writes.
 const FILMS: [&str; 4] = ["mp4", "webm", "mkv", "mov"];
 
 impl Kind {
-    /// The kind that a name asks for; none if it is not known.
+    /// The kind of a file by its name; none if it is not known.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         if has_extension(path, &["png"]) {
             let name = path.file_name()?.to_str().unwrap_or_default();
@@ -178,8 +177,8 @@ impl Encoder {
     }
 }
 
-/// What a picture changes of the one `shown` before, which is empty at first: the rectangle around it,
-/// and in it only points that differ.
+/// The difference of a picture to the one `shown` before, which is empty at first. It is the
+/// rectangle around the points that differ, and in it only these points.
 fn changed(picture: &Picture, shown: &[u8]) -> gif::Frame<'static> {
     let (width, height) = (picture.width as usize, picture.height as usize);
     let point = |x: usize, y: usize| {
@@ -240,7 +239,8 @@ pub(crate) fn write_png(path: &Path, picture: &Picture) -> Result<(), Failure> {
     file.finish().map(|_| ())
 }
 
-/// Starts ffmpeg, which takes pictures from its input and writes to `place` what the name of `path` asks for.
+/// Starts ffmpeg, which takes pictures from its input and writes to `place` in the format that
+/// `path` names.
 fn ffmpeg(
     path: &Path,
     place: &Path,
@@ -261,12 +261,13 @@ fn ffmpeg(
         .args(["-f", "rawvideo", "-pix_fmt", "rgba", "-s", &format!("{width}x{height}")])
         .args(["-r", &format!("{fps}"), "-i", "pipe:0", "-an"])
         .args(codec)
-        // Most players know only this; it wants even sides.
+        // Most players know only this format; it needs even sides.
         .args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"])
         .args(["-fflags", "+bitexact", "-flags:v", "+bitexact"])
         .args(["-f", format.map_or("mp4", |(_, name)| name)])
         .arg(Path::new(".").join(place));
-    // Ctrl-C in a terminal reaches all of a group; it would end the film before the last picture is in it.
+    // Ctrl-C in a terminal reaches all of a group; it would end the film before the last picture is
+    // in it.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -289,7 +290,7 @@ fn complaint(path: &Path, child: &mut Child) -> Failure {
     drop(child.stdin.take());
     let mut said = String::new();
     if let Some(stderr) = child.stderr.as_mut() {
-        // What cannot be read is not said.
+        // If it cannot be read, the message leaves it out.
         let _ = stderr.take(4096).read_to_string(&mut said);
     }
     let _ = child.wait();

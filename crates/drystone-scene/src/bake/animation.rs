@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use drystone::math::trig;
 use drystone::{Pose, Quat, Vec3};
 use serde_json::{Value, json};
 
-use super::Motion;
 use super::file::{Output, bytes_of, list, push};
+use super::motion::Motion;
 use crate::error::SceneError;
-use crate::gltf::{At, Document, Tree, read_tree};
+use crate::gltf::{Document, Tree, read_tree};
+use crate::read::json::At;
+use crate::transform::{dot, slerp};
 
 /// Keys are left out where interpolation comes this close to them [m].
 const NEAR: f32 = 1.0e-4;
@@ -92,7 +93,8 @@ pub(super) fn add(
     Ok(())
 }
 
-/// A viewer shows a scene: makes one of all roots if there is none, and says which if that is left open.
+/// A viewer shows a scene: makes one of all roots if there is none, and says which if that is left
+/// open.
 fn show_a_scene(json: &mut Value, tree: &Tree) {
     if list(json, "scenes").is_empty() {
         let root = |n: &usize| tree.nodes[*n].parent.is_none();
@@ -174,31 +176,11 @@ impl Track {
     }
 }
 
-fn dot(a: Quat, b: Quat) -> f32 {
-    a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w
-}
-
 /// Half the angle between two rotations, for small ones [rad].
 fn apart(a: Quat, b: Quat) -> f32 {
     let s = if dot(a, b) < 0.0 { -1.0 } else { 1.0 };
     let d = [a.x - s * b.x, a.y - s * b.y, a.z - s * b.z, a.w - s * b.w];
     d.iter().map(|v| v * v).sum::<f32>().sqrt()
-}
-
-/// Spherical interpolation, as viewers do it between two keys.
-pub(crate) fn slerp(a: Quat, b: Quat, t: f32) -> Quat {
-    let d = dot(a, b);
-    let (d, s) = if d < 0.0 { (-d, -1.0) } else { (d, 1.0) };
-    let (u, v) = if d > 0.9995 {
-        (1.0 - t, t)
-    } else {
-        let angle = trig::acos(d);
-        let k = 1.0 / trig::sin_cos(angle).0;
-        (trig::sin_cos(angle * (1.0 - t)).0 * k, trig::sin_cos(angle * t).0 * k)
-    };
-    let v = v * s;
-    Quat::new(u * a.x + v * b.x, u * a.y + v * b.y, u * a.z + v * b.z, u * a.w + v * b.w)
-        .normalized()
 }
 
 /// The numbers of the keys to keep: the ends, and where `error(from, to, k)` of key `k` between two
@@ -210,8 +192,8 @@ fn thin(count: usize, error: impl Fn(usize, usize, usize) -> f32) -> Vec<usize> 
     let mut keep = vec![false; count];
     keep[0] = true;
     keep[count - 1] = true;
-    // Short spans first: bouncing and rolling bodies need many keys, and a long span costs its length
-    // at every level.
+    // Short spans first: bouncing and rolling bodies need many keys, and a long span costs its
+    // length at every level.
     const SPAN: usize = 256;
     let mut spans: Vec<(usize, usize)> = Vec::new();
     let mut from = 0;

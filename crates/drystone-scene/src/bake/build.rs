@@ -1,21 +1,20 @@
 //! A document for a scene that comes from no file: nodes, meshes, materials, physics.
 
 use drystone::contact::Combine;
-use drystone::{
-    BodyDef, BodyKind, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
-};
+use drystone::{BodyDef, BodyKind, Filter, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 use serde_json::{Value, json};
 
-use super::file::{bytes_of, push};
+use super::file::{bytes_of, list, place, push};
 use super::joints;
+use super::physics::{implicit, motion};
 use super::solids::{self, Surface};
-
-use crate::gltf::{
-    At, COMBINE, Document, GEOMETRIC_MEAN, LoadedGltf, STATIC_BODY, of_shapes, read_tree,
-};
+use crate::gltf::{COMBINE, Document, GEOMETRIC_MEAN, LoadedGltf, STATIC_BODY, read_tree};
+use crate::read::json::At;
+use crate::read::obj::Object;
 use crate::scene::{Scene, SceneBody, SceneJoint};
 
-/// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
+/// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by
+/// turns.
 const COLORS: [[f32; 3]; 9] = [
     [0.32, 0.34, 0.36],
     [0.80, 0.55, 0.10],
@@ -30,15 +29,15 @@ const COLORS: [[f32; 3]; 9] = [
 const MOVING: usize = 3;
 const PHYSICS: &str = "KHR_physics_rigid_bodies";
 
-/// What is made so far.
+/// A document under construction.
 struct Build {
     json: Value,
-    /// What goes into buffer `buffer`.
+    /// The bytes of buffer `buffer`.
     bytes: Vec<u8>,
     buffer: usize,
     /// Number of the first of [`COLORS`] among the document's materials.
     first_color: usize,
-    /// Meshes by what they show: shape, color, number.
+    /// Meshes by shape and color, with their numbers.
     meshes: Vec<(ShapeKey, usize, usize)>,
     implicit: Vec<Value>,
     materials: Vec<Material>,
@@ -69,8 +68,8 @@ fn shape_key(shape: &Shape) -> ShapeKey {
     ShapeKey(shape.kind(), numbers.map(f32::to_bits), identity)
 }
 
-/// The document of a scene and the node of each of its bodies, then of those that its script brings, then of the
-/// pieces.
+/// The document of a scene and the node of each of its bodies, then of those that its script
+/// brings, then of the pieces.
 pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<usize>) {
     let mut build = Build::new(&scene.name);
     build.json["asset"]["extras"]["gravity"] = json!(scene.config.gravity.to_array());
@@ -78,12 +77,12 @@ pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<us
     let mut shapes = bodies().flat_map(|b| &b.def.shapes);
     build.filtered = shapes.any(|s| s.filter != Filter::default());
     let mut nodes: Vec<usize> = bodies().enumerate().map(|(i, b)| build.body(b, i)).collect();
-    // Physics that is read back must not have them beside what they come from.
-    let physical = super::file::list(&mut build.json, "nodes").len();
+    // Physics that is read back must not have them beside the bodies that they were parts of.
+    let physical = list(&mut build.json, "nodes").len();
     for piece in pieces {
         nodes.push(build.body(piece, nodes.len()));
     }
-    for node in &mut super::file::list(&mut build.json, "nodes")[physical..] {
+    for node in &mut list(&mut build.json, "nodes")[physical..] {
         if let Some(node) = node.as_object_mut() {
             node.remove("extensions");
         }
@@ -105,8 +104,9 @@ pub(super) fn physics(scene: &Scene) -> Document {
     for joint in &scene.joints {
         build.joint(joint, &nodes);
     }
-    // A scale that is said is read without rounding; that of a turned node without one comes from its matrix.
-    for node in super::file::list(&mut build.json, "nodes") {
+    // A scale that is said is read without rounding; that of a turned node without one comes from
+    // its matrix.
+    for node in list(&mut build.json, "nodes") {
         if node.get("rotation").is_some() {
             node["scale"] = json!([1.0, 1.0, 1.0]);
         }
@@ -133,7 +133,8 @@ fn color(def: &BodyDef, shape: &ShapeDef, number: usize) -> usize {
     }
 }
 
-/// The document that was read; if it has nothing to look at, with a node for each shape of each body.
+/// The document that was read; if it has nothing to look at, with a node for each shape of each
+/// body.
 pub(super) fn shown(loaded: &LoadedGltf) -> Document {
     let document = &loaded.document;
     let root = At::root(&document.json);
@@ -162,7 +163,7 @@ pub(super) fn shown(loaded: &LoadedGltf) -> Document {
                 node["scale"] = json!(undo.to_array());
             }
             let child = push(&mut build.json, "nodes", node);
-            push(&mut super::file::list(&mut build.json, "nodes")[owner], "children", json!(child));
+            push(&mut list(&mut build.json, "nodes")[owner], "children", json!(child));
         }
     }
     let mut buffers = document.buffers.clone();
@@ -170,31 +171,20 @@ pub(super) fn shown(loaded: &LoadedGltf) -> Document {
     Document { json: build.json, buffers, folder: document.folder.clone(), ..Document::default() }
 }
 
-/// A mesh of a document without physics.
-#[derive(Clone, Debug)]
-pub(crate) struct MeshPart {
-    /// Name of its node, a JSON text; may be empty.
-    pub(crate) name: Value,
-    /// Its vertices [m].
-    pub(crate) points: Vec<Vec3>,
-    /// Its triangles.
-    pub(crate) triangles: Vec<[u32; 3]>,
-}
-
-/// A document with a node for each part and nothing else.
-pub(crate) fn document_of_meshes(name: &str, parts: &[MeshPart]) -> Document {
+/// A document with a node and a mesh for each object of an `.obj` file, and nothing else.
+pub(super) fn objects(name: &str, objects: &[Object]) -> Document {
     let mut build = Build::new(name);
     let mut nodes = Vec::new();
-    for (i, part) in parts.iter().enumerate() {
+    for (i, object) in objects.iter().enumerate() {
         let surface = Surface {
-            points: part.points.clone(),
+            points: object.surface.points.clone(),
             normals: Vec::new(),
-            triangles: part.triangles.clone(),
+            triangles: object.surface.triangles.clone(),
         };
         let mesh = build.mesh(&surface, MOVING + i % (COLORS.len() - MOVING));
         let mut node = json!({"mesh": mesh});
-        if part.name != "" {
-            node["name"] = part.name.clone();
+        if !object.name.is_empty() {
+            node["name"] = json!(object.name);
         }
         nodes.push(push(&mut build.json, "nodes", node));
     }
@@ -226,7 +216,7 @@ impl Build {
             joints: Vec::new(),
             filtered: false,
         };
-        build.first_color = super::file::list(&mut build.json, "materials").len();
+        build.first_color = list(&mut build.json, "materials").len();
         for (i, rgb) in COLORS.iter().enumerate() {
             let [r, g, b] = *rgb;
             let (alpha, mode) = if i == 2 { (0.3, "BLEND") } else { (1.0, "OPAQUE") };
@@ -301,7 +291,7 @@ impl Build {
         own["extensions"] = json!({PHYSICS: {"joint": said}});
         let own = push(&mut self.json, "nodes", own);
         for (body, end) in [(a, own), (b, other)] {
-            let node = &mut super::file::list(&mut self.json, "nodes")[body];
+            let node = &mut list(&mut self.json, "nodes")[body];
             push(node, "children", json!(end));
         }
     }
@@ -404,7 +394,7 @@ impl Build {
                 "frictionCombine": rule(m.friction_combine),
                 "restitutionCombine": rule(m.restitution_combine),
             });
-            // The extension has no such rule; our reader knows it by this.
+            // The extension has no such rule; this crate's reader recognizes it by this mark.
             let rules = [(COMBINE[0], m.friction_combine), (COMBINE[1], m.restitution_combine)];
             for (key, _) in rules.iter().filter(|(_, rule)| *rule == Combine::GeometricMean) {
                 material["extras"][*key] = json!(GEOMETRIC_MEAN);
@@ -465,85 +455,4 @@ fn seat(shape: &ShapeDef) -> Pose {
         }
         _ => shape.pose,
     }
-}
-
-pub(super) fn place(node: &mut Value, pose: &Pose) {
-    if pose.position != Vec3::ZERO {
-        node["translation"] = json!(pose.position.to_array());
-    }
-    if pose.rotation != Quat::IDENTITY {
-        node["rotation"] = json!(pose.rotation.normalized().to_array());
-    }
-}
-
-/// The shape as `KHR_implicit_shapes` has it; None for hulls and meshes.
-fn implicit(shape: &Shape) -> Option<Value> {
-    let cylinder = |half: f32, bottom: f32, top: f32| {
-        let inner = json!({"height": 2.0 * half, "radiusBottom": bottom, "radiusTop": top});
-        json!({"type": "cylinder", "cylinder": inner})
-    };
-    Some(match shape {
-        Shape::Sphere { radius } => json!({"type": "sphere", "sphere": {"radius": radius}}),
-        Shape::Box { half_extents } => {
-            json!({"type": "box", "box": {"size": (*half_extents * 2.0).to_array()}})
-        }
-        Shape::Capsule { half_height, radius } if *half_height <= 0.0 => {
-            json!({"type": "sphere", "sphere": {"radius": radius}})
-        }
-        Shape::Capsule { half_height, radius } => {
-            let inner =
-                json!({"height": 2.0 * half_height, "radiusBottom": radius, "radiusTop": radius});
-            json!({"type": "capsule", "capsule": inner})
-        }
-        Shape::Cylinder { half_height, radius } => cylinder(*half_height, *radius, *radius),
-        Shape::Cone { half_height, radius_bottom, radius_top } => {
-            cylinder(*half_height, *radius_bottom, *radius_top)
-        }
-        Shape::HalfSpace { .. } => json!({"type": "plane", "plane": {}}),
-        _ => return None,
-    })
-}
-
-/// Motion properties of a body; velocities in the node's frame.
-fn motion(def: &BodyDef) -> Value {
-    let mut motion = json!({});
-    let pose = Pose::new(def.position, def.rotation);
-    let velocities =
-        [("linearVelocity", def.linear_velocity), ("angularVelocity", def.angular_velocity)];
-    for (key, v) in velocities {
-        if v != Vec3::ZERO {
-            motion[key] = json!(pose.local_direction(v).to_array());
-        }
-    }
-    if def.kind == BodyKind::Kinematic {
-        motion["isKinematic"] = json!(true);
-        return motion;
-    }
-    if (def.gravity_scale - 1.0).abs() > 0.0 {
-        motion["gravityFactor"] = json!(def.gravity_scale);
-    }
-    let exact = match def.mass {
-        MassDef::Mass(mass) => {
-            motion["mass"] = json!(mass);
-            return motion;
-        }
-        // What a reader assumes by itself needs no numbers.
-        MassDef::FromShapes
-            if def.shapes.iter().all(|s| s.sensor || (s.density - 1000.0).abs() <= 0.0) =>
-        {
-            return motion;
-        }
-        MassDef::FromShapes => {
-            let own = of_shapes(&def.shapes);
-            (own.mass, own.center, own.inertia)
-        }
-        MassDef::Exact { mass, center, inertia } => (mass, center, inertia),
-    };
-    let (mass, center, inertia) = exact;
-    let (moments, axes) = inertia.eigen();
-    motion["mass"] = json!(mass);
-    motion["centerOfMass"] = json!(center.to_array());
-    motion["inertiaDiagonal"] = json!(moments.max(Vec3::ZERO).to_array());
-    motion["inertiaOrientation"] = json!(axes.to_array());
-    motion
 }

@@ -4,11 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use base64::Engine;
+use drystone::{Pose, Quat, Vec3};
 use serde_json::{Map, Value, json};
 
 use crate::error::SceneError;
 use crate::file::{Ending, Kind, WholeFile};
-use crate::gltf::{At, Document, resource};
+use crate::gltf::{Document, resource};
+use crate::read::json::At;
 
 /// A document with all its bytes in one buffer.
 #[derive(Clone, Debug)]
@@ -27,6 +29,16 @@ pub(crate) fn list<'a>(object: &'a mut Value, key: &str) -> &'a mut Vec<Value> {
         *slot = json!([]);
     }
     slot.as_array_mut().expect("made above")
+}
+
+/// Writes a pose into a node, without the parts that change nothing.
+pub(super) fn place(node: &mut Value, pose: &Pose) {
+    if pose.position != Vec3::ZERO {
+        node["translation"] = json!(pose.position.to_array());
+    }
+    if pose.rotation != Quat::IDENTITY {
+        node["rotation"] = json!(pose.rotation.normalized().to_array());
+    }
 }
 
 impl Output {

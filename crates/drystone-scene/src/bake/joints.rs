@@ -1,26 +1,30 @@
 //! Joints as `KHR_physics_rigid_bodies` has them: limits and drives between two nodes.
 //!
-//! Each end is a node of its own below the node of its body, at the joint's anchor, turned as its frame.
+//! Each end is a node of its own below the node of its body, at the joint's anchor, turned as its
+//! frame.
 
 use drystone::joint::{JointAxis, JointMotion, JointSpring, SixDof};
 use drystone::{JointKind, Pose, Quat};
 use serde_json::{Map, Value, json};
 
-/// Damping that stands for an infinite one, which JSON has no number for: all the force that a drive has.
+use super::file::place;
+
+/// Damping that stands for an infinite one, which JSON has no number for: all the force that a
+/// drive has.
 const RIGID: f32 = 1.0e30;
 
-/// What a joint of a scene comes to in a file.
+/// A joint of a scene as a file describes it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Written {
     /// The description, for `physicsJoints`; none for a kind that the format does not have.
     pub(super) description: Option<Value>,
     /// Frames of both ends [frames of the bodies].
     pub(super) frames: [Quat; 2],
-    /// What of it the format cannot say.
+    /// Features of the joint that the format cannot express.
     pub(super) unsaid: Vec<&'static str>,
 }
 
-/// What a joint comes to.
+/// Describes a joint in the terms of the format.
 pub(super) fn written(kind: &JointKind) -> Written {
     let mut out = Written::default();
     match kind {
@@ -133,6 +137,6 @@ fn drive(kind: &str, axis: usize, def: &JointAxis) -> Option<Value> {
 /// The node of one end.
 pub(super) fn end(pose: &Pose) -> Value {
     let mut node = json!({});
-    super::build::place(&mut node, pose);
+    place(&mut node, pose);
     node
 }

@@ -8,49 +8,21 @@ mod animation;
 mod build;
 mod file;
 mod joints;
+mod motion;
+mod physics;
 pub mod solids;
 mod unsaid;
 
-pub(crate) use self::animation::slerp;
-pub(crate) use self::build::{MeshPart, document_of_meshes};
-
-pub use self::unsaid::{Unsaid, unsaid};
-
 use std::path::Path;
-
-use drystone::Pose;
 
 use crate::error::SceneError;
 use crate::file::Ending;
-use crate::gltf::LoadedGltf;
+use crate::gltf::{Document, LoadedGltf};
+use crate::obj::LoadedObj;
 use crate::scene::{Scene, SceneBody};
 
-/// Where the bodies were at some times.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Motion {
-    /// Times, rising [s].
-    pub times: Vec<f32>,
-    /// Poses of each body's origin at these times [world], `[body][time]`. A shorter list belongs to
-    /// the last times: the body appeared later and is hidden before.
-    pub poses: Vec<Vec<Pose>>,
-    /// Of each body, at how many of the last times it was gone: its poses are those before, and it is hidden
-    /// again. Bodies beyond the end of the list stay.
-    pub gone: Vec<usize>,
-}
-
-impl Motion {
-    /// No motion of the bodies of a scene: every node is where the document has it.
-    #[must_use]
-    pub fn still(scene: &Scene) -> Self {
-        Self { poses: vec![Vec::new(); scene.bodies.len()], ..Self::default() }
-    }
-
-    /// The first of the times at which a body was there.
-    fn first(&self, body: usize) -> usize {
-        let gone = self.gone.get(body).copied().unwrap_or(0);
-        self.times.len().saturating_sub(gone + self.poses[body].len())
-    }
-}
+pub use self::motion::Motion;
+pub use self::unsaid::{Unsaid, unsaid};
 
 /// Writes the document that was read with `motion` as its first animation, as binary glTF or, if
 /// the name ends in `.gltf`, as text with all data inside. If it has no mesh at all, the shapes are
@@ -59,16 +31,27 @@ impl Motion {
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.
 pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<Ending, SceneError> {
-    let document = build::shown(loaded);
-    let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
-    animation::add(&mut output, &document, &loaded.node_of_body, motion)
-        .and_then(|()| output.write(path))
-        .map_err(|e| e.in_file(path))
+    animated(path, &build::shown(loaded), &loaded.node_of_body, motion)
+}
+
+/// Writes the objects of an `.obj` file with a mesh each, and `motion` as their animation, as
+/// [`write`] does.
+///
+/// # Errors
+/// If the file cannot be written or the motion is not of these bodies.
+pub fn write_objects(
+    path: &Path,
+    loaded: &LoadedObj,
+    motion: &Motion,
+) -> Result<Ending, SceneError> {
+    // The node of an object has the object's number.
+    let document = build::objects(&loaded.scene.name, &loaded.objects);
+    animated(path, &document, &loaded.object_of_body, motion)
 }
 
 /// Writes a scene that comes from no file, with meshes made for its shapes, and `motion` as its
-/// animation. The bodies that the scene's script brings count as bodies after all others, and then come
-/// those that bodies broke into: they are to be seen, and no part of the scene's physics.
+/// animation. In `motion`, the bodies of the scene come first, then those that its script adds,
+/// then the pieces that bodies broke into. Pieces are visible, but no part of the scene's physics.
 ///
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.
@@ -79,14 +62,25 @@ pub fn write_scene(
     motion: &Motion,
 ) -> Result<Ending, SceneError> {
     let (document, nodes) = build::document(scene, pieces);
-    let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
-    animation::add(&mut output, &document, &nodes, motion)
+    animated(path, &document, &nodes, motion)
+}
+
+/// Writes a document with `motion` of its bodies' nodes.
+fn animated(
+    path: &Path,
+    document: &Document,
+    node_of_body: &[usize],
+    motion: &Motion,
+) -> Result<Ending, SceneError> {
+    let mut output = file::Output::of(document).map_err(|e| e.in_file(path))?;
+    animation::add(&mut output, document, node_of_body, motion)
         .and_then(|()| output.write(path))
         .map_err(|e| e.in_file(path))
 }
 
-/// Writes a scene as glTF with physics, with meshes made for its shapes: motion, colliders, triggers, materials, filters, and
-/// joints with their limits and drives. [`unsaid`] tells what is left out. The file has its name when it is whole.
+/// Writes a scene as glTF with physics, with meshes made for its shapes: motion, colliders,
+/// triggers, materials, filters, and joints with their limits and drives. [`unsaid`] lists the
+/// features that are left out. The file has its name when it is whole.
 ///
 /// # Errors
 /// If the file cannot be written.

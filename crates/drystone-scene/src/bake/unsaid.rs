@@ -1,4 +1,4 @@
-//! What glTF with physics cannot say of a scene.
+//! Features of a scene that glTF with physics cannot express.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,8 @@ pub struct Unsaid {
     pub count: usize,
 }
 
-/// What [`super::save_scene`] leaves out or changes of a scene, a line for each kind; the file says all else.
+/// Lists the features of a scene that [`super::save_scene`] leaves out or changes, a line for each
+/// kind.
 ///
 /// ```
 /// use drystone_scene::bake::{self, Unsaid};
@@ -36,7 +37,7 @@ pub fn unsaid(scene: &Scene) -> Vec<Unsaid> {
     for body in &scene.bodies {
         count.body(&body.def);
     }
-    // Of one friction all means are the same.
+    // If all frictions are equal, so are all their means.
     let mut materials = scene.bodies.iter().flat_map(|b| &b.def.shapes).map(|s| &s.material);
     let by_mean = |m: &&Material| m.friction_combine == Combine::GeometricMean;
     let first = materials.clone().next().map(|m| m.friction.to_bits());
@@ -54,14 +55,14 @@ pub fn unsaid(scene: &Scene) -> Vec<Unsaid> {
     count.add_all(scene.never_collide.len(), "a pair of bodies that never collide");
     let rules = scene.surface_rules.len() + scene.surfaces_between.len();
     count.add_all(rules, "a rule of surfaces");
-    count.add(!matches!(scene.script, Script::None), "what happens besides physics (a script)");
+    count.add(!matches!(scene.script, Script::None), "a script (actions besides physics)");
     let joining = scene.script.joining().count();
     count.add_all(joining, "a body that joins while the scene runs");
     let all = count.0.into_iter();
     all.map(|(what, count)| Unsaid { what: what.to_owned(), count }).collect()
 }
 
-/// How often things were met, by what they are.
+/// Counts of the features that were met, by their names.
 #[derive(Default)]
 struct Count(BTreeMap<&'static str, usize>);
 
@@ -81,7 +82,7 @@ impl Count {
         self.add(def.linear_damping > 0.0 || def.angular_damping > 0.0, "damping of a body");
         self.add(def.locks != AxisLocks::NONE, "locked axes of a body");
         let sleeps = def.asleep || !def.can_sleep || def.sleep_speed.is_some();
-        self.add(sleeps, "how a body sleeps");
+        self.add(sleeps, "sleep settings of a body");
         self.add(!def.enabled, "a body that starts disabled");
         self.add(def.glue.is_some(), "glue");
         self.add(def.fracture.is_some(), "a body that fractures");
@@ -98,8 +99,8 @@ impl Count {
         let moves = def.surface_velocity != Vec3::ZERO || def.surface_spin != Vec3::ZERO;
         self.add(moves, "a surface that moves");
         self.add(def.one_way.is_some(), "a surface that holds from one side");
-        self.add(def.hooks || def.reports != ContactReports::default(), "what a shape reports");
-        self.add(def.senses != Senses::default(), "what a sensor sees besides");
+        self.add(def.hooks || def.reports != ContactReports::default(), "the reports of a shape");
+        self.add(def.senses != Senses::default(), "further senses of a sensor");
         self.add(!def.enabled, "a shape that starts disabled");
         self.add(def.user_data != 0, "user data of a shape");
     }
@@ -108,7 +109,7 @@ impl Count {
         for what in joints::written(&joint.kind).unsaid {
             self.add(true, what);
         }
-        self.add(joint.strength.is_some(), "what a joint bears");
+        self.add(joint.strength.is_some(), "the strength of a joint");
         self.add(joint.articulated, "a joint that is solved with its tree at once");
         self.add(!joint.enabled, "a joint that starts disabled");
         self.add(joint.user_data != 0, "user data of a joint");

@@ -7,10 +7,10 @@ use drystone::World;
 use drystone::snapshot::SnapshotError;
 use serde::{Deserialize, Serialize};
 
-use super::{BuildError, Running};
+use super::running::{BuildError, Running};
 use crate::scene::{Scene, Script};
 
-/// A [`Running`] scene without what the scene itself says: for files, in any format of serde.
+/// A [`Running`] scene without the data of the scene itself: for files, in any format of serde.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SavedRun {
     scene: u32,
@@ -37,7 +37,7 @@ pub enum ResumeError {
     Unsound(&'static str),
 }
 
-/// A checksum of what is written into it.
+/// A checksum of the bytes that are written into it.
 struct Checksum(crc32fast::Hasher);
 
 impl core::fmt::Write for Checksum {
@@ -48,7 +48,7 @@ impl core::fmt::Write for Checksum {
 }
 
 impl Scene {
-    /// What tells it from other scenes: a checksum over its world at the start, its names and its script.
+    /// A checksum over the world at the start, the names and the script. It identifies the scene.
     fn fingerprint(&self, start: &Running) -> u32 {
         let mut sum = Checksum(crc32fast::Hasher::new());
         sum.0.update(&start.world.snapshot());

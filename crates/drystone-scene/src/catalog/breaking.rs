@@ -1,4 +1,4 @@
-//! What breaks: bodies that fracture, and walls of glued or joined bricks.
+//! Bodies that fracture, and walls of glued or joined bricks.
 
 use drystone::breakage::{BondStrength, Fracture, Glue, JointStrength};
 use drystone::joint::Fixed;
@@ -50,7 +50,7 @@ pub(super) fn fracture(mut scene: Scene, values: &Values) -> Result<Scene, Catal
 /// Half extents of a brick of the walls that break [m].
 const BRICK: Vec3 = vec3(0.25, 0.15, 0.125);
 
-/// What mortar bears [Pa].
+/// Strength of mortar [Pa].
 const MORTAR: f32 = 2.5e5;
 
 /// How the bricks of a wall hold together.
@@ -90,7 +90,7 @@ pub(super) fn add_bonded_wall(
         scene.add(name, BodyDef::dynamic().with_position(at).with_shape(shape));
     }
     for bond in &glue.bonds {
-        // What a square of the face's area bears.
+        // Strength of a square of the face's area.
         let force = MORTAR * bond.area;
         let torque = force * bond.area.sqrt() / 6.0;
         let [a, b] = bond.shapes;

@@ -1,5 +1,6 @@
-//! Benchmark scenes that Jolt's performance test has, with the same bodies: gravity 9.81 m/s²,
-//! 60 steps a second, density 1000 kg/m³, friction 0.2 and damping 0.05 1/s where nothing else is said.
+//! Benchmark scenes of Jolt's performance test, with the same bodies. Unless a scene says
+//! otherwise: gravity 9.81 m/s², 60 steps a second, density 1000 kg/m³, friction 0.2 and damping
+//! 0.05 1/s.
 
 use drystone::math::trig;
 use drystone::{BodyDef, Material, ShapeDef, Vec3, vec3};

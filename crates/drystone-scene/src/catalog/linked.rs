@@ -31,7 +31,7 @@ const LINK_MASS: f32 = 1.0;
 fn add_chain(scene: &mut Scene, chain: &Chain) {
     let turn = Quat::from_axis_angle(Vec3::X, -chain.angle);
     let down = turn.rotate(-Vec3::Y);
-    // Links that swing back must not hit what they hang from.
+    // Links that swing back must not hit the body they hang from.
     let block = ShapeDef::box_half(Vec3::splat(0.2)).with_filter(Filter::layers(0, 0));
     let mut above = scene.add("hook", BodyDef::fixed().with_position(chain.top).with_shape(block));
     let mut anchor = Vec3::ZERO;

@@ -130,7 +130,8 @@ pub(super) fn vehicle(mut scene: Scene, values: &Values) -> Result<Scene, Catalo
 /// How thick wheels are, half [m].
 const THICK: f32 = 0.05;
 
-/// Wheels of growing size in a row, each driven by the one before, and a rack that the last one lifts.
+/// Wheels of growing size in a row, each driven by the one before, and a rack that the last one
+/// lifts.
 pub(super) fn gears(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     let (count, load) = (values.whole("n"), values.number("load"));
     let base = scene.add("frame", BodyDef::fixed());
@@ -236,17 +237,18 @@ pub(super) fn pulley(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
     Ok(scene)
 }
 
-/// Layers in which the trunks of people are, so that one's own parts, which overlap, do not collide. As many
-/// people later the next one shares a layer.
+/// Layers for the trunks of people, so that the overlapping parts of one person do not collide.
+/// Every 60th person shares a layer.
 const TRUNKS: usize = 60;
 
 fn is_trunk(part: &Part) -> bool {
     ["hips", "spine", "clavicle", "neck", "head", "arm 0"].iter().any(|n| part.name.contains(n))
 }
 
-/// What holds people in the pose of their table, beside their sockets' friction: a spring about each axis of a joint, which
-/// pushes by at most so much [N m] and does so from a tenth of a radian on. (Of springs by frequency those at hands and feet,
-/// on which all may lie, would be as weak as these are light.)
+/// Springs that hold people in the pose of their table, beside the friction of their sockets. A
+/// spring about each axis of a joint pushes by at most `strength` [N m], from a tenth of a radian
+/// on. (Springs by frequency would be too weak at hands and feet: these are light, and the whole
+/// person may lie on them.)
 fn muscles(strength: f32) -> Option<JointDrive> {
     let stiffness = 10.0 * strength;
     let spring = JointSpring::new(stiffness, 0.05 * stiffness);

@@ -16,8 +16,8 @@ const BRICK: Vec3 = vec3(0.25, 0.1, 0.125);
 /// Air between two bricks of a row [m].
 const JOINT_GAP: f32 = 0.002;
 
-/// Adds a running-bond wall in the xy plane, centered on x = 0; each second row begins and ends with
-/// half a brick.
+/// Adds a running-bond wall in the xy plane, centered on x = 0; each second row begins and ends
+/// with half a brick.
 pub(super) fn add_wall(scene: &mut Scene, width: usize, height: usize) {
     let pitch = 2.0 * BRICK.x + JOINT_GAP;
     let left = -0.5 * pitch * real(width);
@@ -42,7 +42,8 @@ pub(super) fn wall(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     add_ground(&mut scene, 0.6);
     add_wall(&mut scene, width, height);
     if values.whole("ball") == 1 {
-        // Thrown so that it meets the middle of the wall after a second, at the height it came from.
+        // Thrown so that it meets the middle of the wall after a second, at the height it came
+        // from.
         scene.seconds = 6.0;
         let y = (real(height) * BRICK.y).max(0.6);
         let ball = BodyDef::dynamic()

@@ -1,11 +1,11 @@
-//! Parameters of catalog scenes: what they may be, how a text `key=value,key=value` is read, and what
-//! is said when it is wrong.
+//! Parameters of catalog scenes: their ranges, how a text `key=value,key=value` is read, and the
+//! errors about it.
 
 use core::fmt::{self, Display};
 
 use drystone::geometry::{HullError, MeshError};
 
-/// What a parameter may be, and what it is if nothing is said.
+/// The range and the default of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// A whole number.
@@ -42,9 +42,9 @@ impl Display for Range {
 pub struct Parameter {
     /// Its key.
     pub name: &'static str,
-    /// What it may be.
+    /// Its range.
     pub range: Range,
-    /// What it means, with its unit.
+    /// Its meaning, with its unit.
     pub meaning: &'static str,
 }
 
@@ -103,9 +103,9 @@ pub enum CatalogError {
     NotAPair {
         /// The scene.
         scene: &'static str,
-        /// What was given.
+        /// The text that was given.
         text: String,
-        /// The keys it knows.
+        /// The keys that the scene has.
         keys: Vec<&'static str>,
     },
     /// The scene has no parameter of this name.
@@ -115,7 +115,7 @@ pub enum CatalogError {
         scene: &'static str,
         /// The key given.
         key: String,
-        /// The keys it knows.
+        /// The keys that the scene has.
         keys: Vec<&'static str>,
     },
     /// A parameter was given twice.
@@ -135,7 +135,7 @@ pub enum CatalogError {
         key: &'static str,
         /// The value given.
         value: String,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: Range,
     },
     /// Values that are allowed one by one, but not together.
@@ -143,7 +143,7 @@ pub enum CatalogError {
     Together {
         /// The scene.
         scene: &'static str,
-        /// What is wrong, and what is allowed.
+        /// The problem, and the values that are allowed.
         problem: String,
     },
     /// The engine refused a hull of the scene.
@@ -186,7 +186,7 @@ pub struct Values {
 }
 
 impl Values {
-    /// From `key=value,key=value`; what is left out is at its default.
+    /// From `key=value,key=value`; parameters that are left out have their defaults.
     pub(super) fn read(
         scene: &'static str,
         parameters: &'static [Parameter],
@@ -260,7 +260,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
 /// Up to three of `names` that `name` may have meant, nearest first: those that contain it or are
 /// contained in it, and those with few letters wrong.
 pub(super) fn nearest(name: &str, names: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
-    // Beyond this the edit distance of a long text costs more than it tells.
+    // Beyond this the edit distance of a long text costs more than it is worth.
     let name: String = name.to_lowercase().chars().take(64).collect();
     let mut ranked: Vec<(usize, &'static str)> = names
         .filter_map(|n| {

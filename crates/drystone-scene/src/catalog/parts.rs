@@ -1,5 +1,5 @@
-//! What catalog scenes are made of: ground, boxes, shared hulls, meshes of heights, and numbers that
-//! look random but are the same everywhere.
+//! Parts of catalog scenes: ground, boxes, shared hulls, meshes of heights, and numbers that look
+//! random but are the same everywhere.
 
 use std::sync::Arc;
 
@@ -99,8 +99,8 @@ impl Lcg {
         self.state
     }
 
-    /// −0.5 to 0.5 in steps of 1/65535, from the low 16 bits: as the pile of convex hulls of
-    /// `convex_pile` wants it.
+    /// −0.5 to 0.5 in steps of 1/65535, from the low 16 bits, for the pile of convex hulls of
+    /// `convex_pile`.
     pub(super) const fn centered_low(&mut self) -> f32 {
         (self.next() & 0xffff) as f32 / 65535.0 - 0.5
     }

@@ -1,8 +1,9 @@
-//! A person of 23 parts: the ragdoll `Human.tof` of Jolt Physics, numbers rounded to six digits, its tapered
-//! capsules as capsules of their mean radius. Copyright 2021 Jorrit Rouwe and Guerrilla Games, MIT license:
-//! LICENSES/jolt-assets.txt.
+//! A person of 23 parts: the ragdoll `Human.tof` of Jolt Physics, numbers rounded to six digits,
+//! its tapered capsules as capsules of their mean radius. Copyright 2021 Jorrit Rouwe and Guerrilla
+//! Games, MIT license: LICENSES/jolt-assets.txt.
 
-/// What a part is made of, in its frame: half the height of its cylinder and its radius, or half extents [m].
+/// The shape of a part, in its frame: half the height of its cylinder and its radius, or half
+/// extents [m].
 pub(super) enum Flesh {
     Capsule(f32, f32),
     Box([f32; 3]),

@@ -1,4 +1,5 @@
-//! Box3D's benchmark of people that fall on meshes: 300 people of 14 bones, 100 cells of a floor and a ring.
+//! Box3D's benchmark of people that fall on meshes: 300 people of 14 bones, 100 cells of a floor
+//! and a ring.
 
 use core::f32::consts::TAU;
 use std::sync::Arc;
@@ -27,7 +28,8 @@ struct Bone {
     ends: [Vec3; 2],
     /// [m]
     radius: f32,
-    /// Number of the bone that it hangs on, where [m], how, and the friction there as a part of 5 N m.
+    /// Number of the bone that it hangs on, where [m], how, and the friction there as a part of 5 N
+    /// m.
     parent: usize,
     at: Vec3,
     socket: Option<Socket>,
@@ -86,8 +88,8 @@ const BONES: [Bone; 14] = [
     hinge(bone("lower_arm_r", tall(-0.25, 0.83, 1.09), 0.04), 12, at(-0.25, 1.13), RIGHT, 130.0),
 ];
 
-/// People in layers of their own, so that thighs and lower spine of one do not collide: as many later
-/// the next one shares a layer.
+/// People in layers of their own, so that thighs and lower spine of one do not collide: as many
+/// later the next one shares a layer.
 const LAYERS: usize = 30;
 
 /// Adds a person, moved by `shift`, to a wave; `base`: number of its first body.
@@ -132,7 +134,7 @@ fn add_person(
     }
 }
 
-/// What a socket lets a bone do, and its axis.
+/// The motion that a socket allows a bone, and its axis.
 fn axes_of(socket: Socket, friction: f32, springs: bool) -> (SixDof, Vec3) {
     let spring = JointDrive::servo(0.0, JointSpring::hertz(1.0, 0.7), f32::INFINITY);
     let drive = springs.then_some(spring);

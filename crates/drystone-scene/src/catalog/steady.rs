@@ -1,5 +1,5 @@
-//! Scenes that ask how steady a method is and how true: loads, mass ratios, limits of friction and of
-//! balance. Each has an answer that can be worked out.
+//! Scenes that ask how steady a method is and how true: loads, mass ratios, limits of friction and
+//! of balance. Each has an answer that can be worked out.
 
 use drystone::{BodyDef, Material, Quat, ShapeDef, Vec3, vec3};
 
@@ -7,7 +7,7 @@ use super::parameters::{CatalogError, Values};
 use super::parts::{GROUND, add_ground, add_ground_box, box_at, gravity_10, hull, radians, real};
 use crate::scene::{Load, Scene, Script};
 
-/// Ground of friction 0.6 under 10 m/s², without sleep: what creeps shall be seen to.
+/// Ground of friction 0.6 under 10 m/s², without sleep, so that creep is seen.
 fn wakeful(scene: &mut Scene, seconds: f32) {
     gravity_10(scene);
     scene.seconds = seconds;
@@ -154,8 +154,8 @@ pub(super) fn pull(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     let lower = scene.add("lower slab", slab(0.1, 100.0));
     let upper = scene.add("upper slab", slab(0.3, 1000.0));
     let (body, limit) = if values.whole("lower") == 1 { (lower, 6600.0) } else { (upper, 6000.0) };
-    // They settle first: friction is limited by what the contact carries now, and that is not the weight
-    // before the contact has been pressed together.
+    // They settle first: friction is limited by the load of the contact now, and that is not the
+    // weight before the contact has been pressed together.
     let force = vec3(limit * values.number("factor"), 0.0, 0.0);
     let load = Load { body, force, torque: Vec3::ZERO };
     scene.script = Script::Loads { from: PULL_FROM, loads: vec![load] };
@@ -167,7 +167,7 @@ pub(super) fn conveyor(mut scene: Scene, values: &Values) -> Result<Scene, Catal
     gravity_10(&mut scene);
     scene.seconds = 10.0;
     add_ground(&mut scene, 0.6);
-    // What has not passed yet lies behind.
+    // The part of the belt that has not passed yet lies behind.
     let half_length = 20.0 + 5.0 * speed;
     let belt = BodyDef::kinematic().with_position(vec3(-5.0 * speed, 1.0, 0.0));
     let belt = belt.with_linear_velocity(vec3(speed, 0.0, 0.0));
@@ -242,8 +242,8 @@ pub(super) fn tops(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     Ok(scene)
 }
 
-/// The middle line of the arch: y = height − a (cosh(c x / half_width) − 1), a weighted catenary, and its
-/// cross section, 10 m square at the foot and 7 m at the crown: linear in the height.
+/// The middle line of the arch: y = height − a (cosh(c x / half_width) − 1), a weighted catenary.
+/// Its cross section is 10 m square at the foot and 7 m at the crown, linear in the height.
 struct Catenary {
     a: f64,
     c: f64,
@@ -309,15 +309,15 @@ fn cosh_sinh(x: f64) -> (f64, f64) {
     (cosh, sinh)
 }
 
-/// A stone of the arch: its section in the xy plane, inner and outer corner of either end, and its depth
-/// along z [m].
+/// A stone of the arch: its section in the xy plane, inner and outer corner of either end, and its
+/// depth along z [m].
 struct Stone {
     corners: [[f64; 2]; 4],
     depth: f64,
 }
 
-/// Stones of equal length along the middle line, with air between them, as the arch of [Ferguson21] has
-/// them: all stand apart by `gap` in x, and in y up to the crown.
+/// Stones of equal length along the middle line, with air between them, as in the arch of
+/// [Ferguson21]: all stand apart by `gap` in x, and in y up to the crown.
 fn stones(count: usize, gap: f64) -> Vec<Stone> {
     let line = Catenary::new();
     let each = line.length(-HALF_WIDTH, HALF_WIDTH) / count as f64;

@@ -1,5 +1,5 @@
-//! The examples of the surveys of impulse methods: a book, a tilted table, balls that roll and bounce, a
-//! tumbling box, an hourglass [Schmidl04], rings on pegs [Guendelman03].
+//! The examples of the surveys of impulse methods: a book, a tilted table, balls that roll and
+//! bounce, a tumbling box, an hourglass [Schmidl04], rings on pegs [Guendelman03].
 
 use drystone::math::trig;
 use drystone::{BodyDef, Material, Pose, Quat, ShapeDef, Vec3, vec3};
@@ -116,8 +116,8 @@ fn add_shaft(scene: &mut Scene, name: &str, inside: f32, (low, high): (f32, f32)
 }
 
 pub(super) fn hourglass(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
-    /// Edge of a cube, half widths of the glass and of its neck, height of the neck, half thickness of the
-    /// funnel [m].
+    /// Edge of a cube, half widths of the glass and of its neck, height of the neck, half thickness
+    /// of the funnel [m].
     const EDGE: f32 = 0.25;
     const GLASS: f32 = 1.75;
     const NECK: f32 = 0.6;

@@ -15,7 +15,7 @@ pub(super) fn rope(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     let ball_radius = 0.1;
     let top = vec3(0.0, length + 1.0, 0.0);
     add_ground(&mut scene, 0.6);
-    // The rope falls against a bar, and what is beyond it swings round that.
+    // The rope falls against a bar, and the rest of it swings round the bar.
     let bar = ShapeDef::capsule(0.5, 0.05);
     let across = drystone::Quat::from_axis_angle(Vec3::X, 0.5 * core::f32::consts::PI);
     let bar_at = top + vec3(0.02, -0.5 * length, 0.0);

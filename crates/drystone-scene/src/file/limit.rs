@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::SceneError;
 
-/// What a file is read as, which says how large it may be.
+/// The kind of a file, which sets how large it may be.
 ///
 /// | kind | files | bytes |
 /// |---|---|---:|
@@ -49,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// The limit as people say it.
+    /// The limit in words.
     const fn allowed(self) -> &'static str {
         match self {
             Self::Document => "up to 2 GB",
@@ -69,12 +69,12 @@ pub fn read(path: &Path, kind: Kind) -> Result<Vec<u8>, SceneError> {
     rest(open(path, kind)?, Vec::new(), path, kind)
 }
 
-/// All of a file, which may be a pipe and may be empty. Its beginning must be `head`, for which no more is read of one
-/// that has another.
+/// All of a file, which may be a pipe and may be empty. Its beginning must be `head`, for which no
+/// more is read of one that has another.
 ///
 /// # Errors
-/// If it cannot be read, or is larger than its kind may be. Of a file that begins otherwise what was read is
-/// returned.
+/// If it cannot be read, or is larger than its kind may be. If a file begins otherwise, the bytes
+/// read so far are returned.
 pub fn read_any(path: &Path, kind: Kind, head: &[u8]) -> Result<Vec<u8>, SceneError> {
     let io = |e: std::io::Error| cannot(path, &e);
     let mut file = File::open(path).map_err(io)?;
@@ -107,14 +107,14 @@ pub(crate) fn open(path: &Path, kind: Kind) -> Result<File, SceneError> {
     File::open(path).map_err(io)
 }
 
-/// What follows in a file after `bytes`, appended to them.
+/// Appends the rest of a file to `bytes`.
 pub(crate) fn rest(
     file: File,
     mut bytes: Vec<u8>,
     path: &Path,
     kind: Kind,
 ) -> Result<Vec<u8>, SceneError> {
-    // It may have grown since it was opened, or be of a kind that tells no size.
+    // It may have grown since it was opened, or be of a kind without a size.
     let most = kind.most();
     let room = (most + 1).saturating_sub(bytes.len() as u64);
     file.take(room).read_to_end(&mut bytes).map_err(|e| cannot(path, &e))?;

@@ -1,9 +1,10 @@
-//! The file beside another one that holds what is not whole yet: `.NAME.partial`.
+//! The file beside another one that holds the bytes until they are whole: `.NAME.partial`.
 //!
-//! Whoever writes it holds a lock on it. The system takes the lock away with the process, however that ended, so what
-//! is found without one is the leftover of a run that was killed, and is removed. A file that is locked belongs to a
-//! run that goes on; the next number is taken then (`.NAME.1.partial`). Locks hold between containers that share
-//! a folder, where process numbers mean nothing.
+//! The process that writes it holds a lock on it. The system releases the lock when the process
+//! ends, however it ends. So a partial file without a lock is the leftover of a run that was
+//! killed, and is removed. A locked file belongs to a run that goes on; the next number is taken
+//! then (`.NAME.1.partial`). Locks hold between containers that share a folder, where process
+//! numbers mean nothing.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
@@ -11,7 +12,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// As many runs may write the same output at once.
+/// Number of runs that may write the same output at once.
 const MOST: u32 = 100;
 
 /// Longer names of files are cut, for those of partial files must have room for more [bytes].
@@ -20,8 +21,8 @@ const MOST_NAME: usize = 200;
 /// Partial files of this process.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Removes the partial files of this process. It is for the moment before [`std::process::exit`], which drops
-/// nothing: what is written afterwards is lost.
+/// Removes the partial files of this process. It is for the moment before [`std::process::exit`],
+/// which drops nothing: bytes written afterwards are lost.
 pub fn remove_unfinished() {
     let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
     for path in core::mem::take(&mut *unfinished) {
@@ -98,7 +99,7 @@ impl Drop for Partial {
         let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
         // Not there if it has got its final name, or was removed because the program ends.
         if unfinished.remove(&self.path) && is_at(&self.path, &self.lock) {
-            // What cannot be removed is a leftover that the next run finds.
+            // If it cannot be removed, the next run finds it as a leftover.
             let _ = fs::remove_file(&self.path);
         }
     }
@@ -107,7 +108,7 @@ impl Drop for Partial {
 /// Removes a partial file that nobody writes; false if somebody may.
 fn remove_leftover(path: &Path) -> bool {
     let Ok(meta) = fs::symlink_metadata(path) else { return true };
-    // A link may lead to what is not ours, and to open a pipe may wait for ever.
+    // A link may lead to a file of another program, and opening a pipe may block for ever.
     if !meta.is_file() {
         return false;
     }

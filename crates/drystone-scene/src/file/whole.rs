@@ -1,10 +1,12 @@
 //! A file that has its name only when it is whole.
 //!
-//! What is written goes to a partial file in the same folder, which takes the place of the old file in one move at
-//! the end. So at any moment, whatever ends the program, the name stands for the old file or for the new one.
+//! Bytes go to a partial file in the same folder, which replaces the old file in one move at the
+//! end. So at any moment, whatever ends the program, the name stands for the old file or for the
+//! new one.
 //!
-//! The crates `tempfile` (3.27) and `atomic-write-file` (0.3) were weighed: neither follows links, tells pipes from files,
-//! or finds the leftovers of a run that was killed, and what they would save are two calls of the standard library.
+//! The crates `tempfile` (3.27) and `atomic-write-file` (0.3) were considered. Neither follows
+//! links, distinguishes pipes from files, or finds the leftovers of a run that was killed. They
+//! would save two calls of the standard library.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Seek, Write};
@@ -12,34 +14,35 @@ use std::path::{Path, PathBuf};
 
 use super::partial::Partial;
 
-/// Links that lead to links are followed so often, as Linux does.
+/// Most links that are followed one after the other, as in Linux.
 const MOST_LINKS: usize = 40;
 
 /// Bytes that are kept until they are written.
 const BUFFER: usize = 1 << 18;
 
-/// How a file came to be where it is.
+/// How the file came to its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ending {
     /// In one move.
     Moved,
-    /// Copied over the old file when whole, because its folder takes no new file or because it is a mount of its own:
-    /// a crash in the moment of copying leaves it cut off.
+    /// Copied over the old file when whole, because its folder takes no new file or because it is a
+    /// mount of its own. A crash during the copy leaves it cut off.
     Copied,
-    /// Byte by byte: what the name stands for is a pipe or a device.
+    /// Byte by byte, because the name stands for a pipe or a device.
     Streamed,
 }
 
-/// A file being written, which gets its name by [`WholeFile::finish`] alone; dropped before that, it leaves nothing.
+/// A file being written, which gets its name by [`WholeFile::finish`] alone; dropped before that,
+/// it leaves nothing.
 ///
-/// Links are followed: the file that they lead to is replaced. An old file keeps its permissions, and its owner where
-/// the system allows that; other hard links to it keep the old content. What is no regular file (a pipe, a device,
-/// what `/dev/stdout` stands for) is written directly.
+/// Links are followed: the file that they lead to is replaced. An old file keeps its permissions,
+/// and its owner where the system allows that; other hard links to it keep the old content. A path
+/// that is no regular file (a pipe, a device, the target of `/dev/stdout`) is written directly.
 #[derive(Debug)]
 pub struct WholeFile {
     file: BufWriter<File>,
-    /// Nothing for what is written directly.
+    /// `None` if bytes are written directly.
     place: Option<Place>,
 }
 
@@ -56,7 +59,8 @@ impl WholeFile {
     /// Opens a file that is to be called `path`; what has that name stays until the file is whole.
     ///
     /// # Errors
-    /// If no such file can be written: the folder is missing or takes no file, the old file is read-only or a folder.
+    /// If no such file can be written: the folder is missing or takes no file, the old file is
+    /// read-only or a folder.
     pub fn create(path: &Path) -> io::Result<Self> {
         let Some(target) = followed(path)? else {
             let file = File::create(path)?;
@@ -68,7 +72,8 @@ impl WholeFile {
             Err(e) => return Err(e),
         };
         if old.is_some() {
-            // A file that could not be written in its place is not replaced either. This changes nothing in it.
+            // A file that could not be written in its place is not replaced either. This changes
+            // nothing in it.
             File::options().append(true).open(&target)?;
         }
         let (folder, name) = parts(&target)?;
@@ -88,11 +93,11 @@ impl WholeFile {
         Ok(Self { file: BufWriter::with_capacity(BUFFER, file), place })
     }
 
-    /// Finds out whether [`WholeFile::create`] would succeed. Nothing is left of it and no pipe is opened, which would
-    /// be noticed at its other end.
+    /// Finds out whether [`WholeFile::create`] would succeed. Nothing is left of it and no pipe is
+    /// opened, which would be noticed at its other end.
     ///
     /// # Errors
-    /// Those of [`WholeFile::create`].
+    /// The errors of [`WholeFile::create`].
     pub fn probe(path: &Path) -> io::Result<()> {
         match followed(path)? {
             Some(_) => Self::create(path).map(drop),
@@ -100,8 +105,8 @@ impl WholeFile {
         }
     }
 
-    /// Where the bytes go until the file is whole, for a program that is to write them; nothing for what is written
-    /// directly.
+    /// Where the bytes go until the file is whole, for a program that is to write them; nothing for
+    /// what is written directly.
     #[must_use]
     pub fn partial(&self) -> Option<&Path> {
         self.place.as_ref().map(|place| place.partial.path())
@@ -149,7 +154,8 @@ impl Write for WholeFile {
     }
 }
 
-/// The file that a path leads to, links followed; nothing if that is to be written directly. It need not exist.
+/// The file that a path leads to, links followed; nothing if that is to be written directly. It
+/// need not exist.
 fn followed(path: &Path) -> io::Result<Option<PathBuf>> {
     let mut at = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -195,7 +201,8 @@ fn is_mount(e: &io::Error) -> bool {
     matches!(e.kind(), ErrorKind::ResourceBusy | ErrorKind::CrossesDevices)
 }
 
-/// Waits until a file is on disk: then a full disk has told of itself too. Some file systems know no such thing.
+/// Waits until a file is on disk, so that a full disk has reported its error. Some file systems
+/// have no such operation.
 fn to_disk(file: &File) -> io::Result<()> {
     match file.sync_all() {
         Err(e) if !matches!(e.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Err(e),
@@ -203,13 +210,14 @@ fn to_disk(file: &File) -> io::Result<()> {
     }
 }
 
-/// Gives a file the owner of the old one, which takes the rights of an administrator unless it is the same.
+/// Gives a file the owner of the old one, which takes the rights of an administrator unless it is
+/// the same.
 #[cfg(unix)]
 fn keep_owner(file: &File, old: &fs::Metadata) {
     use std::os::unix::fs::{MetadataExt, fchown};
     let Ok(own) = file.metadata() else { return };
     if own.uid() != old.uid() || own.gid() != old.gid() {
-        // Else it is of whoever writes it.
+        // Otherwise the process that writes the file owns it.
         let _ = fchown(file, Some(old.uid()), Some(old.gid()));
     }
 }
@@ -271,7 +279,7 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
         assert!(fs::symlink_metadata(folder.join("far")).unwrap().is_symlink());
-        // A link to what is not there yet makes it.
+        // A link to a missing file makes that file.
         symlink("to/later", folder.join("ahead")).unwrap();
         write(&folder.join("ahead"), "later").unwrap();
         assert_eq!(fs::read(folder.join("to/later")).unwrap(), b"later");

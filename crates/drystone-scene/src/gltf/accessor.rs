@@ -2,9 +2,9 @@
 
 use drystone::Vec3;
 
-use super::json::At;
-use super::read::Document;
+use super::document::Document;
 use crate::error::SceneError;
+use crate::read::json::At;
 
 /// The bytes an accessor spans, and how they are laid out.
 struct View<'a> {

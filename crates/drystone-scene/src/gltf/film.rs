@@ -1,64 +1,19 @@
-//! The animations of a document, played on its bodies: motion without physics.
+//! The animations of a document as a film: motion without physics.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use drystone::math::Mat3;
-use drystone::{BodyDef, BodyKind, Pose, Quat, Vec3, vec3};
+use drystone::{BodyDef, BodyKind, Quat, Vec3};
 
 use super::accessor;
-use super::json::At;
-use super::nodes::{Affine, Tree, split};
-use super::{LoadedGltf, read_tree, visual};
-use crate::bake::slerp;
+use super::document::Document;
+use super::loaded::{LoadedGltf, unplayed};
+use super::nodes::{Tree, read as read_tree};
+use super::visual;
 use crate::error::SceneError;
-use crate::scene::{Scene, SceneBody, Script};
-
-/// Where the bodies of a file are over time, by its animations.
-#[derive(Clone, Debug)]
-pub struct Film {
-    /// The node of each body, ancestors first.
-    chains: Vec<Vec<Link>>,
-    /// Bodies that are without size at first and from when on they are there [s], in the order of their times;
-    /// after those of the scene.
-    late: Vec<(f32, SceneBody)>,
-    /// From when on each body is gone [s]; at infinity if it stays.
-    gone: Vec<f32>,
-    seconds: f32,
-}
-
-/// A node above a body, or its own.
-#[derive(Clone, Debug)]
-struct Link {
-    local: Affine,
-    turn: Quat,
-    keys: Option<Keys>,
-}
-
-/// What moves a node.
-#[derive(Clone, Debug, Default)]
-struct Keys {
-    translation: Option<Sampler>,
-    rotation: Option<Sampler>,
-    scale: Option<Sampler>,
-    /// Its transform otherwise.
-    rest: (Vec3, Quat, Vec3),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Between {
-    Step,
-    Linear,
-    Cubic,
-}
-
-#[derive(Clone, Debug)]
-struct Sampler {
-    times: Vec<f32>,
-    /// Three a key for cubic curves: the slope before it, itself, the slope after it.
-    values: Vec<[f32; 4]>,
-    between: Between,
-}
+use crate::read::json::At;
+use crate::scene::{Between, Film, Keys, Link, Sampler, Scene, SceneBody, Script};
 
 /// The scene that plays the animations of a file: no body obeys physics.
 ///
@@ -91,8 +46,8 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
             let sampler = sampler(&document, &at, kind, width)?;
             seconds = seconds.max(sampler.times.last().copied().unwrap_or(0.0));
             let keys = match keys.entry(node) {
-                std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
-                std::collections::btree_map::Entry::Vacant(entry) => {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => {
                     let rest = rest(&list[node])?;
                     entry.insert(Keys { rest, ..Keys::default() })
                 }
@@ -112,8 +67,8 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
     add_moving_meshes(&list, &tree, &keys, &mut scene, &mut node_of_body);
     let (visuals, notes) = visual::read(&document, &node_of_body);
     scene.visuals = Arc::new(visuals);
-    // Animations are what is played here, and materials had been read before.
-    let unplayed = super::unplayed(root.list("animations")?.len());
+    // This plays the animations, and materials had been read before.
+    let unplayed = unplayed(root.list("animations")?.len());
     scene.notes.retain(|note| *note != unplayed);
     let mut known: BTreeSet<String> = scene.notes.iter().cloned().collect();
     scene.notes.extend(notes.into_iter().filter(|note| known.insert(note.clone())));
@@ -133,15 +88,7 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
             }
         }
     }
-    late.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (count, gone) = (late.len(), Vec::new());
-    let mut film = Film { chains: there, late: Vec::with_capacity(count), gone, seconds };
-    for (from, body, chain) in late {
-        film.late.push((from, body));
-        film.chains.push(chain);
-    }
-    let vanishes = |chain: &Vec<Link>| chain.last().and_then(Link::vanishes);
-    film.gone = film.chains.iter().map(|c| vanishes(c).unwrap_or(f32::INFINITY)).collect();
+    let film = Film::new(there, late, seconds);
     for number in 0..scene.bodies.len() {
         let pose = film.pose(number, 0.0);
         let def = &mut scene.bodies[number].def;
@@ -180,7 +127,7 @@ fn add_moving_meshes(
             let pose = tree.nodes[node].pose;
             let def = BodyDef { user_data: node as u64, ..BodyDef::kinematic() };
             let def = def.with_position(pose.position).with_rotation(pose.rotation);
-            // Of the document's numbers no two are alike.
+            // No two nodes have the same number.
             scene
                 .bodies
                 .push(SceneBody { name: format!("{} (node {node})", tree.name(node)), def });
@@ -190,119 +137,8 @@ fn add_moving_meshes(
     }
 }
 
-impl Film {
-    /// How long it is [s].
-    #[must_use]
-    pub const fn seconds(&self) -> f32 {
-        self.seconds
-    }
-
-    /// Where a body is at a time [s], by its number [world].
-    #[must_use]
-    pub fn pose(&self, body: usize, time: f32) -> Pose {
-        let mut world = Affine { linear: Mat3::IDENTITY, translation: Vec3::ZERO };
-        let mut turn = Quat::IDENTITY;
-        for link in self.chains.get(body).into_iter().flatten() {
-            let (local, own) = link.at(time);
-            world = world.compose(&local);
-            turn = (turn * own).normalized();
-        }
-        let (rotation, _, _) = split(world.linear, turn);
-        Pose::new(world.translation, rotation)
-    }
-
-    /// Whether a body that was there is gone at a time [s], by its number.
-    pub(crate) fn is_gone(&self, body: usize, time: f32) -> bool {
-        self.gone.get(body).is_some_and(|from| *from <= time)
-    }
-
-    /// The late body of a number among all that is to be there at a time [s].
-    pub(crate) fn late(&self, number: usize, time: f32) -> Option<&SceneBody> {
-        let first = self.chains.len() - self.late.len();
-        let (from, body) = self.late.get(number.checked_sub(first)?)?;
-        (*from <= time).then_some(body)
-    }
-}
-
-impl Link {
-    fn at(&self, time: f32) -> (Affine, Quat) {
-        let Some(keys) = &self.keys else { return (self.local, self.turn) };
-        let (translation, rotation, scale) = keys.rest;
-        let vector = |sampler: &Option<Sampler>, rest: Vec3| {
-            sampler.as_ref().map_or(rest, |s| {
-                let [x, y, z, _] = s.at(time, false);
-                vec3(x, y, z)
-            })
-        };
-        let turn = keys.rotation.as_ref().map_or(rotation, |s| Quat::from(s.at(time, true)));
-        let turn = turn.normalized();
-        let (r, s) = (turn.to_mat3(), vector(&keys.scale, scale));
-        let linear = Mat3 { x: r.x * s.x, y: r.y * s.y, z: r.z * s.z };
-        (Affine { linear, translation: vector(&keys.translation, translation) }, turn)
-    }
-
-    /// When it gets a size, if it has none at first [s]; never is at infinity.
-    fn appears(&self) -> Option<f32> {
-        let scale = self.keys.as_ref()?.scale.as_ref()?;
-        let size =
-            |key: usize| scale.values.get(key).is_some_and(|v| v.iter().any(|x| x.abs() > 0.0));
-        if scale.between != Between::Step || size(0) {
-            return None;
-        }
-        let first = (1..scale.times.len()).find(|&key| size(key));
-        Some(first.map_or(f32::INFINITY, |key| scale.times[key]))
-    }
-
-    /// When it loses its size for good, if it has one before [s].
-    fn vanishes(&self) -> Option<f32> {
-        let scale = self.keys.as_ref()?.scale.as_ref()?;
-        let size =
-            |key: &usize| scale.values.get(*key).is_some_and(|v| v.iter().any(|x| x.abs() > 0.0));
-        if scale.between != Between::Step {
-            return None;
-        }
-        let last = (0..scale.times.len()).rev().find(size)?;
-        scale.times.get(last + 1).copied()
-    }
-}
-
-impl Sampler {
-    fn at(&self, time: f32, turns: bool) -> [f32; 4] {
-        let cubic = self.between == Between::Cubic;
-        let value = |key: usize, part: usize| {
-            let at = if cubic { 3 * key + part } else { key };
-            self.values.get(at).copied().unwrap_or_default()
-        };
-        let next = self.times.partition_point(|t| *t <= time);
-        if next == 0 || next == self.times.len() {
-            return value(next.saturating_sub(1), 1);
-        }
-        let (from, to) = (next - 1, next);
-        let length = self.times[to] - self.times[from];
-        let t = (time - self.times[from]) / length;
-        let (a, b) = (value(from, 1), value(to, 1));
-        match self.between {
-            Between::Step => a,
-            Between::Linear if turns => {
-                slerp(Quat::from(a).normalized(), Quat::from(b).normalized(), t).to_array()
-            }
-            Between::Linear => std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t),
-            Between::Cubic => {
-                let (out, into) = (value(from, 2), value(to, 0));
-                let (t2, t3) = (t * t, t * t * t);
-                std::array::from_fn(|i| {
-                    (2.0 * t3 - 3.0 * t2 + 1.0) * a[i]
-                        + (t3 - 2.0 * t2 + t) * length * out[i]
-                        + (3.0 * t2 - 2.0 * t3) * b[i]
-                        + (t3 - t2) * length * into[i]
-                })
-            }
-        }
-    }
-}
-
 fn sampler(
-    document: &super::Document,
+    document: &Document,
     at: &At<'_>,
     kind: &str,
     width: usize,
@@ -343,7 +179,7 @@ fn rest(at: &At<'_>) -> Result<(Vec3, Quat, Vec3), SceneError> {
     Ok((at.vec3_or("translation", Vec3::ZERO)?, rotation, at.vec3_or("scale", Vec3::ONE)?))
 }
 
-/// A node and what is above it, ancestors first.
+/// A node and the nodes above it, ancestors first.
 fn chain(tree: &Tree, keys: &BTreeMap<usize, Keys>, node: usize) -> Vec<Link> {
     let mut chain = Vec::new();
     let mut at = Some(node);

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use drystone::math::{Mat3, trig};
 use drystone::{BodyKind, Hull, Mesh, Shape, Vec3, vec3};
 
-use super::json::At;
-use super::mesh::Triangles;
-use super::nodes::{Affine, Node, Tree};
-use super::read::Document;
+use super::document::Document;
+use super::nodes::{Node, Tree};
 use crate::error::SceneError;
+use crate::read::json::At;
+use crate::read::mesh::{Solid, Triangles};
+use crate::transform::Affine;
 
-/// What is needed to make shapes.
+/// Makes the shapes of a document.
 pub(crate) struct Geometry<'a> {
     pub(crate) document: &'a Document,
     pub(crate) tree: &'a Tree,
@@ -21,7 +22,7 @@ pub(crate) struct Geometry<'a> {
     made: BTreeMap<Key, Vec<Shape>>,
 }
 
-/// What a shape is made from, besides the document.
+/// The source of a shape, besides the document.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     source: (&'static str, usize),
@@ -30,7 +31,8 @@ struct Key {
     is_dynamic: bool,
 }
 
-/// Names under which the extension with the shapes goes: the present one and the one of older drafts.
+/// Names under which the extension with the shapes goes: the present one and the one of older
+/// drafts.
 pub(crate) const SHAPE_EXTENSIONS: [&str; 2] = ["KHR_implicit_shapes", "KHR_collision_shapes"];
 
 /// The longest edge of an infinite plane on a moving body [m].
@@ -109,7 +111,7 @@ impl<'a> Geometry<'a> {
             return self.cached(key, |this, map| {
                 let mut triangles = Triangles::default();
                 triangles.add_node(this.document, this.tree, source, map, notes)?;
-                finish(triangles, &reference, hull, kind, &name, notes)
+                finish(triangles, solid(hull, kind), &reference, &name, notes)
             });
         }
         Err(geometry.error("it names no geometry", "one of \"shape\", \"mesh\" or \"node\""))
@@ -129,7 +131,7 @@ impl<'a> Geometry<'a> {
         self.cached(key, |this, map| {
             let mut triangles = Triangles::default();
             triangles.add_mesh(this.document, reference, map, notes)?;
-            finish(triangles, reference, hull, kind, name, notes)
+            finish(triangles, solid(hull, kind), reference, name, notes)
         })
     }
 
@@ -171,21 +173,21 @@ fn key(source: (&'static str, usize), owner: &Node, hull: bool, kind: BodyKind) 
 
 fn finish(
     triangles: Triangles,
+    solid: Solid,
     at: &At<'_>,
-    hull: bool,
-    kind: BodyKind,
     name: &str,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Shape>, SceneError> {
-    if hull {
-        return Ok(vec![triangles.hull(at)?]);
+    triangles.shapes(solid, name, notes).map_err(|e| at.error(e.problem, e.allowed))
+}
+
+/// The solid of a mesh on a body of a kind; `hull` is set if the file requests its hull.
+fn solid(hull: bool, kind: BodyKind) -> Solid {
+    match kind {
+        _ if hull => Solid::Hull,
+        BodyKind::Dynamic => Solid::Hulls,
+        BodyKind::Static | BodyKind::Kinematic => Solid::Mesh,
     }
-    if kind == BodyKind::Dynamic {
-        let (shapes, note) = triangles.hulls(at)?;
-        notes.push(format!("{name}: its mesh is {note}"));
-        return Ok(shapes);
-    }
-    Ok(vec![triangles.mesh(at)?])
 }
 
 /// A positive length of a shape, or its default.

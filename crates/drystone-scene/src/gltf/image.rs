@@ -9,10 +9,11 @@ const MOST_POINTS: u64 = 1 << 26;
 /// Points on a side of the largest image that is kept; larger ones are halved until they fit.
 pub(super) const MOST_SIDE: u32 = 4096;
 
-/// The image in the bytes of a file, told apart by content; `room` is how many points may be kept of it.
+/// Decodes the image in the bytes of a file, whose content says its format; at most `room` points
+/// may be kept.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The problem, in words.
 pub(super) fn decode(bytes: &[u8], room: u64) -> Result<Image, String> {
     let image = if bytes.starts_with(b"\x89PNG") {
         png(bytes, room)?

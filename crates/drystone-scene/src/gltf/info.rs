@@ -1,4 +1,4 @@
-//! What was understood of a file, and what was not.
+//! A summary of a file for people, with everything that was not read.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use drystone::joint::{JointMotion, SixDof};
 use drystone::{BodyKind, JointKind, MassDef, Shape};
 
-use super::LoadedGltf;
+use super::loaded::LoadedGltf;
 
-/// What each axis of a joint does, those that do the same together.
+/// Describes the axes of a joint, those with the same motion together.
 fn axes_of(axes: &SixDof) -> String {
     let all = axes.linear.iter().chain(&axes.angular);
     let mut groups: Vec<(String, String)> = Vec::new();
@@ -35,8 +35,8 @@ fn axes_of(axes: &SixDof) -> String {
     out.join("; ")
 }
 
-/// A text for people: bodies, shapes, settings, and a line for everything that was left out, changed
-/// or approximated.
+/// A text for people: bodies, shapes, settings, and a line for everything that was left out,
+/// changed or approximated.
 #[must_use]
 pub fn info(loaded: &LoadedGltf) -> String {
     let scene = &loaded.scene;

@@ -1,22 +1,24 @@
 //! Joints of `KHR_physics_rigid_bodies`: limits and drives to joints of six axes.
 //!
-//! A limit of one axis is a limit of ours. One of several axes bounds a distance or an angle of all of them together: with no
-//! room it locks each; three motions are a distance joint of their own; two turns are a cone, about an axis that becomes
-//! our x; the others are bounded axis by axis, which a note tells.
+//! A limit of one axis becomes a limit of one axis here. A limit of several axes bounds a distance
+//! or an angle of all of them together. With equal bounds it locks each. Three motions become a
+//! distance joint of their own. Two turns become a cone, about an axis that becomes our x. The
+//! others are bounded axis by axis, with a note.
 
 use drystone::joint::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 use drystone::{JointKind, Quat};
 
-use super::json::At;
 use crate::error::SceneError;
+use crate::read::json::At;
 
-/// What a joint does: in the frames of its two nodes, each turned by this.
+/// A joint of the file, in the frames of its two nodes, each turned by this.
 pub(crate) struct Described {
     pub(crate) turn: Quat,
     pub(crate) kinds: Vec<JointKind>,
 }
 
-/// What the list of joints says; a line in `notes` for each thing that is taken otherwise than it was said.
+/// Describes an entry of the list of joints; `notes` gets a line for each property that is
+/// approximated.
 pub(crate) fn describe(at: &At<'_>, notes: &mut Vec<String>) -> Result<Described, SceneError> {
     let at = at.clone().object()?;
     let free = [JointAxis::FREE; 3];

@@ -1,16 +1,17 @@
-//! Materials of meshes, with their textures and images. What is broken of one is noted, and left out of it.
+//! Materials of meshes, with their textures and images. Broken parts of a material are noted and
+//! left out.
 
 use std::collections::BTreeMap;
 
 use super::accessor;
+use super::document::{Document, resource};
 use super::image::decode;
-use super::json::At;
-use super::read::{Document, resource};
 use crate::error::SceneError;
 use crate::file::Kind;
+use crate::read::json::At;
 use crate::visual::{Alpha, Image, Texture, VisualMaterial, Wrap};
 
-/// Points of all images together; what is beyond them is left out.
+/// Points of all images together; images beyond them are left out.
 const MOST_POINTS: u64 = if cfg!(target_arch = "wasm32") { 1 << 24 } else { 1 << 26 };
 
 /// Materials that were read, and the images that they use.
@@ -37,7 +38,8 @@ pub(super) struct Mapping {
 }
 
 impl Mapping {
-    /// As KHR_texture_transform has it: scaled, turned, then moved. v goes down, so the turn is the other way around.
+    /// As KHR_texture_transform has it: scaled, turned, then moved. v goes down, so the turn is the
+    /// other way around.
     pub(super) fn apply(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let ([s, c], [x, y]) = (self.turn, [u * self.scale[0], v * self.scale[1]]);
         [c * x + s * y + self.offset[0], c * y - s * x + self.offset[1]]

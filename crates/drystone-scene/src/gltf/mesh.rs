@@ -1,17 +1,15 @@
-//! Triangles of glTF meshes, and what solid they make: mesh, hull, or several hulls.
-
-use std::sync::Arc;
-
-use drystone::{Hull, Mesh, Shape, Vec3};
-use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
+//! Triangles of the meshes of a document.
 
 use super::accessor;
-use super::json::At;
-use super::nodes::{Affine, Tree};
-use super::read::Document;
+use super::document::Document;
+use super::nodes::Tree;
 use crate::error::SceneError;
+use crate::read::json::At;
+use crate::read::mesh::Triangles;
+use crate::transform::Affine;
 
-/// The corners of each triangle, as places in a list of `count` of them; `mode` is 4 for triangles, 5 for strips, 6 for fans.
+/// The corners of each triangle, as places in a list of `count` of them; `mode` is 4 for triangles,
+/// 5 for strips, 6 for fans.
 pub(super) fn corners(mode: usize, count: usize) -> impl Iterator<Item = [usize; 3]> {
     let triangles = if mode == 4 { count / 3 } else { count.saturating_sub(2) };
     (0..triangles).map(move |t| match mode {
@@ -20,13 +18,6 @@ pub(super) fn corners(mode: usize, count: usize) -> impl Iterator<Item = [usize;
         5 => [t + 1, t, t + 2],
         _ => [0, t + 1, t + 2],
     })
-}
-
-/// Points and triangles [m].
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Triangles {
-    pub(crate) points: Vec<Vec3>,
-    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl Triangles {
@@ -113,111 +104,4 @@ impl Triangles {
         }
         Ok(())
     }
-
-    /// As a hull.
-    pub(crate) fn hull(&self, at: &At<'_>) -> Result<Shape, SceneError> {
-        let hull = Hull::from_points(&self.points)
-            .map_err(|e| at.error(e, "points that span a volume"))?;
-        Ok(Shape::Hull(Arc::new(hull)))
-    }
-
-    /// As a mesh.
-    pub(crate) fn mesh(self, at: &At<'_>) -> Result<Shape, SceneError> {
-        let mesh = Mesh::new(self.points, self.triangles)
-            .map_err(|e| at.error(e, "a mesh with at least one triangle with an area"))?;
-        Ok(Shape::Mesh(Arc::new(mesh)))
-    }
-
-    /// As one hull if the surface is convex and closed, else as several; with a line that says which.
-    pub(crate) fn hulls(&self, at: &At<'_>) -> Result<(Vec<Shape>, String), SceneError> {
-        let whole = Hull::from_points(&self.points)
-            .map_err(|e| at.error(e, "points that span a volume"))?;
-        if self.is_surface_of(&whole) {
-            return Ok((
-                vec![Shape::Hull(Arc::new(whole))],
-                "taken as its hull, it is convex".to_owned(),
-            ));
-        }
-        let parts: Vec<Shape> = self
-            .decompose(&whole)
-            .iter()
-            .filter_map(|points| Hull::from_points_limited(points, 64).ok())
-            .map(|hull| Shape::Hull(Arc::new(hull)))
-            .collect();
-        if parts.is_empty() {
-            let note = "taken as its hull, it cannot be decomposed".to_owned();
-            return Ok((vec![Shape::Hull(Arc::new(whole))], note));
-        }
-        let note = format!("decomposed into {} hulls, because the body is dynamic", parts.len());
-        Ok((parts, note))
-    }
-
-    /// As a hull, if the surface is convex and closed.
-    pub(crate) fn convex(&self) -> Option<Shape> {
-        let hull = Hull::from_points(&self.points).ok().filter(|hull| self.is_surface_of(hull))?;
-        Some(Shape::Hull(Arc::new(hull)))
-    }
-
-    /// True if all triangles lie on the surface of `hull` and cover nearly all of it.
-    fn is_surface_of(&self, hull: &Hull) -> bool {
-        let size = hull.bounds().half_extents().max_element();
-        let depth =
-            |p: Vec3| hull.planes().iter().map(|pl| -pl.distance(p)).fold(f32::MAX, f32::min);
-        let mut area = 0.0;
-        for t in &self.triangles {
-            let [a, b, c] = t.map(|i| self.points[i as usize]);
-            let middle = (a + b + c) * (1.0 / 3.0);
-            if depth(middle) > 0.01 * size {
-                return false;
-            }
-            area += 0.5 * (b - a).cross(c - a).length();
-        }
-        area >= 0.9 * hull_area(hull)
-    }
-
-    /// The points of convex parts: the voxel method of V-HACD, then the mesh's own surface inside each
-    /// part, so that parts meet the mesh exactly and not voxels. The list is empty if the mesh cannot be decomposed. The library
-    /// panics on some meshes, which counts as that.
-    fn decompose(&self, whole: &Hull) -> Vec<Vec<Vec3>> {
-        let bounds = whole.bounds();
-        let (center, size) = (bounds.center(), bounds.half_extents().max_element());
-        let into = 1.0 / size;
-        let unit: Vec<_> = self
-            .points
-            .iter()
-            .map(|p| {
-                let q = (*p - center) * into;
-                parry3d::math::Vector::new(q.x, q.y, q.z)
-            })
-            .collect();
-        let area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| self.points[i as usize] * into);
-            (b - a).cross(c - a).length() > 1.0e-9
-        };
-        let triangles: Vec<[u32; 3]> = self.triangles.iter().copied().filter(area).collect();
-        if triangles.is_empty() {
-            return Vec::new();
-        }
-        let parameters = VHACDParameters { max_convex_hulls: 64, ..VHACDParameters::default() };
-        let cut = std::panic::catch_unwind(|| {
-            let parts = VHACD::decompose(&parameters, &unit, &triangles, true);
-            parts.compute_primitive_intersections(&unit, &triangles)
-        });
-        let Ok(cut) = cut else { return Vec::new() };
-        let back = |v: &parry3d::math::Vector| Vec3::from([v.x, v.y, v.z]) * size + center;
-        cut.iter().map(|points| points.iter().map(back).collect()).collect()
-    }
-}
-
-fn hull_area(hull: &Hull) -> f32 {
-    let mut area = 0.0;
-    for f in 0..hull.planes().len() {
-        let corners: Vec<Vec3> =
-            hull.face(f).iter().map(|&v| hull.vertices()[usize::from(v)]).collect();
-        for k in 1..corners.len().saturating_sub(1) {
-            let (a, b) = (corners[k] - corners[0], corners[k + 1] - corners[0]);
-            area += 0.5 * a.cross(b).length();
-        }
-    }
-    area
 }

@@ -1,84 +1,48 @@
 //! glTF 2.0 with physics: `KHR_implicit_shapes` and `KHR_physics_rigid_bodies`.
 //!
 //! A node with `motion` is a body; colliders on it and below it are its shapes. A collider with no
-//! `motion` above it is a static body of its own. Joints hold them together. Without these extensions bodies can be made from
-//! the meshes, see [`AutoColliders`]. Nothing in a file is trusted: every number, index and length
-//! is checked, and what is wrong is named in one line.
+//! `motion` above it is a static body of its own. Joints hold them together. Without these
+//! extensions bodies can be made from the meshes, see [`AutoColliders`]. Nothing in a file is
+//! trusted: every number, index and length is checked, and an error names the place in one line.
 
 mod accessor;
 mod auto;
+mod document;
 mod film;
 mod geometry;
 mod image;
 mod info;
 mod joints;
-pub(crate) mod json;
+mod loaded;
 mod material;
-pub(crate) mod mesh;
+mod mesh;
 mod nodes;
 mod physics;
-mod read;
 mod surface;
 mod visual;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use drystone::{BodyDef, BodyKind, Vec3};
+use drystone::{BodyDef, Vec3};
 
 use crate::error::SceneError;
+use crate::read::json::At;
+use crate::read::{auto as from_meshes, names, stem};
 use crate::scene::{Scene, SceneBody};
 
-pub(crate) use self::json::At;
+use self::loaded::unplayed;
+
+pub(crate) use self::document::resource;
 pub(crate) use self::nodes::{Tree, read as read_tree};
-pub(crate) use self::physics::{STATIC_BODY, of_shapes};
-pub(crate) use self::read::resource;
+pub(crate) use self::physics::STATIC_BODY;
 pub(crate) use self::surface::{COMBINE, GEOMETRIC_MEAN};
 
-pub use self::film::{Film, film};
+pub use self::document::Document;
+pub use self::film::film;
 pub use self::info::info;
-pub use self::read::Document;
-
-/// How to make bodies from meshes in files without physics.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AutoColliders {
-    /// The convex hull of each mesh.
-    Hull,
-    /// The mesh itself; hulls it is decomposed into where the body moves.
-    Mesh,
-    /// The bounding box of each mesh, along its node's axes.
-    Box,
-}
-
-/// How to read a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// For files without physics: make bodies from meshes.
-    pub auto_colliders: Option<AutoColliders>,
-    /// Gravity instead of the file's [m/s², world].
-    pub gravity: Option<Vec3>,
-}
-
-/// A file as read.
-#[derive(Clone, Debug)]
-pub struct LoadedGltf {
-    /// Its bodies and settings.
-    pub scene: Scene,
-    /// The document itself, for baking.
-    pub document: Document,
-    /// The node of each body, as numbers in the document's list of nodes.
-    pub node_of_body: Vec<usize>,
-}
-
-impl LoadedGltf {
-    /// Reads what its nodes show into [`Scene::visuals`]: meshes, materials, images. What is broken is left out, with a line
-    /// among the scene's notes; nothing of it concerns the simulation.
-    pub fn read_visuals(&mut self) {
-        let (visuals, notes) = visual::read(&self.document, &self.node_of_body);
-        self.scene.visuals = Arc::new(visuals);
-        self.scene.notes.extend(notes);
-    }
-}
+pub use self::loaded::{LoadedGltf, Options};
+pub use crate::read::auto::AutoColliders;
+pub use crate::scene::Film;
 
 /// Extensions that may be required: those read here, and those that only concern pictures.
 const KNOWN: [&str; 8] = [
@@ -99,9 +63,8 @@ const PICTURES: [&str; 5] =
 /// # Errors
 /// A line that names the file, the place in it, what is wrong and what is allowed.
 pub fn load(path: &Path, options: &Options) -> Result<LoadedGltf, SceneError> {
-    let document = read::document(path)?;
-    let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    interpret(document, &name, options).map_err(|e| e.in_file(path))
+    let document = document::open(path)?;
+    interpret(document, &stem(path), options).map_err(|e| e.in_file(path))
 }
 
 /// Reads a scene from the bytes of a `.gltf` or `.glb` file called `name` whose relative URIs start
@@ -116,17 +79,9 @@ pub fn from_slice(
     options: &Options,
 ) -> Result<LoadedGltf, SceneError> {
     let file = PathBuf::from(name);
-    let loaded = read::parse(bytes, folder.to_path_buf()).and_then(|d| interpret(d, name, options));
+    let loaded =
+        document::parse(bytes, folder.to_path_buf()).and_then(|d| interpret(d, name, options));
     loaded.map_err(|e| e.in_file(&file))
-}
-
-/// A scene from a document made elsewhere, such as from the meshes of another format.
-pub(crate) fn from_document(
-    document: Document,
-    name: &str,
-    options: &Options,
-) -> Result<LoadedGltf, SceneError> {
-    interpret(document, name, options)
 }
 
 fn interpret(document: Document, name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {
@@ -160,15 +115,14 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
     unread(&root, &tree, &mut scene.notes)?;
     let list = root.list("nodes")?;
     let node_of_body: Vec<usize> = found.iter().map(|f| f.node).collect();
-    let names = physics::names(&tree, &node_of_body);
+    let names = names::unique(&node_of_body, |node| tree.name(node));
     for (found, name) in found.into_iter().zip(names) {
         check(&found.def, &list[found.node])?;
         let def = BodyDef { user_data: found.node as u64, ..found.def };
         scene.bodies.push(SceneBody { name, def });
     }
     scene.joints = joints;
-    let moving = scene.bodies.iter().filter(|b| b.def.kind != BodyKind::Static).count();
-    scene.summary = format!("{} bodies, {moving} of them moving", scene.bodies.len());
+    scene.summary = from_meshes::summary(scene.bodies.iter().map(|b| &b.def));
     Ok(LoadedGltf { scene, document, node_of_body })
 }
 
@@ -189,7 +143,7 @@ fn times(at: &At<'_>, scene: &mut Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The engine's own check, told in terms of the file.
+/// The engine's own check, with its error in the terms of the file.
 fn check(def: &BodyDef, node: &At<'_>) -> Result<(), SceneError> {
     def.validate()
         .map_err(|e| node.error(format!("{} of its body is {}", e.field(), e.value()), e.allowed()))
@@ -216,12 +170,7 @@ fn extensions(root: &At<'_>, notes: &mut Vec<String>) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// The note on animations that do not move bodies.
-fn unplayed(animations: usize) -> String {
-    format!("{animations} animations: not applied to the bodies, kept when baking")
-}
-
-/// Notes what of the document has no part in the simulation.
+/// Notes the parts of the document that have no part in the simulation.
 fn unread(root: &At<'_>, tree: &Tree, notes: &mut Vec<String>) -> Result<(), SceneError> {
     let animations = root.list("animations")?.len();
     if animations > 0 {

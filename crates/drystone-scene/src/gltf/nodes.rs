@@ -1,30 +1,14 @@
-//! The node tree: parents, transforms, what is in the scene.
+//! The node tree: parents, transforms, and which nodes are in the scene.
 
 use drystone::math::Mat3;
 use drystone::{Pose, Quat, Vec3, vec3};
 
-use super::json::At;
 use crate::error::SceneError;
+use crate::read::json::At;
+use crate::transform::{Affine, nearest_rotation, split};
 
-/// Nodes may stand within each other so deep: films and joints look at all that are above one.
+/// Most nodes within each other: films and joints go through all that are above one.
 const MOST_DEEP: usize = 1024;
-
-/// A linear map and a translation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Affine {
-    pub(crate) linear: Mat3,
-    pub(crate) translation: Vec3,
-}
-
-impl Affine {
-    pub(crate) fn point(&self, p: Vec3) -> Vec3 {
-        self.linear * p + self.translation
-    }
-
-    pub(crate) fn compose(&self, inner: &Self) -> Self {
-        Self { linear: self.linear * inner.linear, translation: self.point(inner.translation) }
-    }
-}
 
 /// A node of the file.
 #[derive(Clone, Debug)]
@@ -48,7 +32,8 @@ pub(crate) struct Node {
     pub(crate) in_scene: bool,
 }
 
-/// All nodes, and the order in which parents come before children (scene roots first, in file order).
+/// All nodes, and the order in which parents come before children (scene roots first, in file
+/// order).
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     pub(crate) nodes: Vec<Node>,
@@ -69,7 +54,7 @@ impl Tree {
     /// The pose of a node in the frame of another one above it.
     pub(crate) fn below(&self, above: usize, node: usize) -> Pose {
         let (outer, inner) = (&self.nodes[above], &self.nodes[node]);
-        // What the file says itself: no rounding.
+        // The file gives this number itself: no rounding.
         if inner.parent == Some(above) && outer.scale == Vec3::ONE && !outer.sheared {
             return Pose::new(inner.local.translation, inner.turn);
         }
@@ -116,7 +101,7 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
     }
     let order = depth_first(&nodes);
     if order.len() != nodes.len() {
-        // Every node has at most one parent, so what no root reaches runs in a circle.
+        // Every node has at most one parent, so nodes that no root reaches run in a circle.
         let mut seen = vec![false; nodes.len()];
         order.iter().for_each(|&n| seen[n] = true);
         let lost = seen.iter().position(|s| !s).unwrap_or(0);
@@ -145,7 +130,7 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
         nodes[i].pose = Pose::new(world.translation, rotation);
         nodes[i].scale = scale;
         nodes[i].sheared = sheared;
-        // What the file says itself: no rounding.
+        // The file gives this number itself: no rounding.
         let is_plain =
             nodes[i].parent.is_none_or(|p| nodes[p].scale == Vec3::ONE && !nodes[p].sheared);
         if let Some(own) = scales[i].filter(|_| is_plain && rotation == turn_world[i]) {
@@ -215,86 +200,4 @@ fn local_transform(at: &At<'_>) -> Result<(Affine, Quat, Option<Vec3>), SceneErr
     let linear = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
     let own = at.get("scale").map(|_| scale);
     Ok((Affine { linear, translation }, rotation, own))
-}
-
-/// Some rotation near to a linear map: its axes made orthogonal one after the other.
-fn nearest_rotation(m: Mat3) -> Quat {
-    let x = m.x.normalize_or(Vec3::X);
-    let y = (m.y - x * x.dot(m.y)).try_normalize().unwrap_or_else(|| x.any_perpendicular());
-    Quat::from_mat3(Mat3 { x, y, z: x.cross(y) })
-}
-
-/// `linear` as rotation times scale: of all ways to choose the signs of the scale the one whose
-/// rotation is closest to `turn`, the product of the nodes' own rotations. The third result says
-/// that no rotation times scale gives `linear`.
-pub(crate) fn split(linear: Mat3, turn: Quat) -> (Quat, Vec3, bool) {
-    let axes = [linear.x, linear.y, linear.z];
-    let lengths = axes.map(Vec3::length);
-    let longest = lengths[0].max(lengths[1]).max(lengths[2]);
-    let degenerate = lengths.iter().any(|&l| l <= 1.0e-6 * longest || l <= 1.0e-12);
-    let mut rotation = turn;
-    if !degenerate {
-        let unit = nearest_rotation(linear).to_mat3();
-        let mut best = -1.0;
-        for (sx, sy) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
-            // The third axis follows from the first two.
-            let x = unit.x * sx;
-            let y = unit.y * sy;
-            let q = Quat::from_mat3(Mat3 { x, y, z: x.cross(y) });
-            let dot = q.x * turn.x + q.y * turn.y + q.z * turn.z + q.w * turn.w;
-            if dot.abs() > best + 1.0e-4 {
-                best = dot.abs();
-                rotation = if dot < 0.0 { Quat::new(-q.x, -q.y, -q.z, -q.w) } else { q };
-            }
-        }
-    }
-    // If the nodes' own rotations explain the map, they are exact: keep their bits.
-    let own = turn.to_mat3();
-    let off = |r: &Mat3| {
-        let rows = axes.map(|a| r.transpose_mul(a));
-        let off = [rows[0].y, rows[0].z, rows[1].x, rows[1].z, rows[2].x, rows[2].y];
-        off.iter().fold(0.0_f32, |m, v| m.max(v.abs()))
-    };
-    let tolerance = 1.0e-4 * longest;
-    if off(&own) <= tolerance {
-        rotation = turn;
-    }
-    let r = rotation.to_mat3();
-    let scale = vec3(r.x.dot(linear.x), r.y.dot(linear.y), r.z.dot(linear.z));
-    (rotation, scale, off(&r) > tolerance)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Mat3, Quat, split};
-    use drystone::{Vec3, vec3};
-
-    #[test]
-    fn rotation_and_scale_come_apart_again_also_mirrored() {
-        let turn = Quat::from_axis_angle(vec3(1.0, 2.0, -0.5), 1.1);
-        let r = turn.to_mat3();
-        for scale in [Vec3::ONE, vec3(2.0, -1.0, 0.5), vec3(-1.0, -1.0, -3.0), vec3(1.0, 0.0, 1.0)]
-        {
-            let m = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
-            let (q, s, sheared) = split(m, turn);
-            assert!((s - scale).length() < 1e-5 && !sheared, "{s:?}");
-            assert!((q.rotate(Vec3::X) - r.x).length() < 1e-5);
-        }
-        let (_, _, sheared) =
-            split(Mat3 { x: Vec3::X, y: vec3(0.5, 1.0, 0.0), z: Vec3::Z }, Quat::IDENTITY);
-        assert!(sheared);
-    }
-
-    #[test]
-    fn a_mirrored_parent_leaves_a_proper_rotation() {
-        // Scale (-1, 1, 1) of the parent, then a turn about z in the child: the map is a turn the other
-        // way with mirrored x.
-        let turn = Quat::from_axis_angle(Vec3::Z, 0.4).to_mat3();
-        let flip = Mat3::diagonal(vec3(-1.0, 1.0, 1.0));
-        let m = flip * turn;
-        let (q, s, sheared) = split(m, Quat::from_axis_angle(Vec3::Z, 0.4));
-        let r = q.to_mat3();
-        let back = Mat3 { x: r.x * s.x, y: r.y * s.y, z: r.z * s.z };
-        assert!(!sheared && (back * vec3(1.0, 2.0, 3.0) - m * vec3(1.0, 2.0, 3.0)).length() < 1e-5);
-    }
 }

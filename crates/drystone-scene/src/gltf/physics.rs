@@ -1,18 +1,18 @@
 //! From nodes with `KHR_physics_rigid_bodies` to bodies.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use drystone::geometry::MassProperties;
 use drystone::math::Sym3;
 use drystone::{BodyDef, BodyKind, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 
+use super::document::Document;
 use super::geometry::Geometry;
 use super::joints::{self, Described};
-use super::json::At;
 use super::nodes::Tree;
-use super::read::Document;
 use super::surface;
 use crate::error::SceneError;
+use crate::mass::mass_of;
+use crate::read::json::At;
 use crate::scene::SceneJoint;
 
 /// Name of the extension.
@@ -32,7 +32,7 @@ pub(crate) struct Found {
     pub(crate) def: BodyDef,
 }
 
-/// True if the document speaks of physics at all.
+/// True if the document has the extension at all.
 pub(crate) fn is_present(root: &At<'_>) -> Result<bool, SceneError> {
     if root.dig(&["extensions", EXTENSION]).is_some() {
         return Ok(true);
@@ -40,7 +40,7 @@ pub(crate) fn is_present(root: &At<'_>) -> Result<bool, SceneError> {
     Ok(root.list("nodes")?.iter().any(|n| n.dig(&["extensions", EXTENSION]).is_some()))
 }
 
-/// What the nodes say, before shapes are made.
+/// The nodes with physics, before shapes are made.
 struct Nodes<'a> {
     /// The extension object of each node that has one and is in the scene.
     extension: BTreeMap<usize, At<'a>>,
@@ -109,8 +109,8 @@ pub(crate) fn read(
     Ok((out, joints))
 }
 
-/// The joints of the nodes, in the order of the tree. An end that no body holds is held by a body without
-/// shapes, which comes after the others.
+/// The joints of the nodes, in the order of the tree. An end that no body holds is held by a body
+/// without shapes, which comes after the others.
 fn join(
     root: &At<'_>,
     tree: &Tree,
@@ -176,8 +176,8 @@ fn join(
     Ok(joints)
 }
 
-/// Which of the bodies, given by their nodes, a node belongs to: that of its motion, else the nearest one above it
-/// that is there.
+/// Which of the bodies, given by their nodes, a node belongs to: that of its motion, else the
+/// nearest one above it that is there.
 fn owner(
     tree: &Tree,
     nodes: &Nodes<'_>,
@@ -198,7 +198,7 @@ fn owner(
     None
 }
 
-/// What all shapes of one collider have in common.
+/// Properties that all shapes of one collider share.
 struct Template {
     pose: Pose,
     material: Material,
@@ -290,7 +290,7 @@ fn moving(motion: &At<'_>, tree: &Tree, node: usize) -> Result<BodyDef, SceneErr
         .with_angular_velocity(angular))
 }
 
-/// Mass, center and inertia. What the file leaves out comes from the shapes.
+/// Sets mass, center and inertia. Values that the file leaves out come from the shapes.
 fn set_mass(
     motion: &At<'_>,
     tree: &Tree,
@@ -323,7 +323,7 @@ fn set_mass(
         def.mass = mass.map_or(MassDef::FromShapes, MassDef::Mass);
         return Ok(());
     }
-    let own = of_shapes(&def.shapes);
+    let own = mass_of(&def.shapes);
     if own.mass <= 0.0 && (mass.is_none() || diagonal.is_none()) {
         let used =
             "mass 1 kg and the inertia of a ball of 0.5 m radius are used where none is given";
@@ -338,29 +338,4 @@ fn set_mass(
     };
     def.mass = MassDef::Exact { mass, center: center.unwrap_or(own.center), inertia };
     Ok(())
-}
-
-/// Mass properties of all solid shapes together, about their common center [body].
-pub(crate) fn of_shapes(shapes: &[ShapeDef]) -> MassProperties {
-    let solid = shapes.iter().filter(|s| !s.sensor);
-    let parts: Vec<_> = solid.map(|s| (s.pose, MassProperties::of(&s.shape, s.density))).collect();
-    MassProperties::combine(&parts)
-}
-
-/// Unique names of the bodies of these nodes: the node's, `#index` without one, `name#index` where
-/// another body has it already.
-pub(crate) fn names(tree: &Tree, nodes: &[usize]) -> Vec<String> {
-    let mut taken = BTreeSet::new();
-    let mut out = Vec::with_capacity(nodes.len());
-    for &node in nodes {
-        let mut name = tree.name(node);
-        if taken.contains(&name) {
-            name = format!("{name}#{node}");
-        }
-        while !taken.insert(name.clone()) {
-            name.push('\'');
-        }
-        out.push(name);
-    }
-    out
 }

@@ -3,10 +3,11 @@
 use drystone::contact::Combine;
 use drystone::{Filter, Material};
 
-use super::json::At;
 use crate::error::SceneError;
+use crate::read::json::At;
 
-/// A collider without a material leaves the rule to the other side: the geometric mean is the weakest.
+/// A collider without a material leaves the rule to the other side: the geometric mean is the
+/// weakest.
 pub(crate) fn bare() -> Material {
     Material {
         friction: 0.6,
@@ -20,8 +21,8 @@ pub(crate) fn bare() -> Material {
 /// The members of a material that name its rules.
 pub(crate) const COMBINE: [&str; 2] = ["frictionCombine", "restitutionCombine"];
 
-/// A rule that the extension does not have. It stands in the material's `extras`, beside one of the extension's rules for
-/// other programs; [`crate::bake`] writes it.
+/// A rule that the extension does not have. It stands in the material's `extras`, beside one of the
+/// extension's rules for other programs; [`crate::bake`] writes it.
 pub(crate) const GEOMETRIC_MEAN: &str = "geometricMean";
 
 /// The rule of a material by the member that names it.
@@ -44,7 +45,8 @@ fn combine(at: Option<At<'_>>) -> Result<Combine, SceneError> {
     }
 }
 
-/// The materials of the document. In the engine kinetic friction is never more than static friction.
+/// The materials of the document. In the engine kinetic friction is never more than static
+/// friction.
 pub(crate) fn materials(
     extension: Option<&At<'_>>,
     notes: &mut Vec<String>,
@@ -87,11 +89,11 @@ struct Systems {
 }
 
 impl Systems {
-    /// One side of the rule: a system of `self` is in `other.with`, and none is in `other.not_with`. A
-    /// collider in no system is in no list of either kind.
+    /// One side of the rule: a system of `self` is in `other.with`, and none is in
+    /// `other.not_with`. A collider in no system is in no list of either kind.
     ///
-    /// One system in common is enough, as the samples of the extension's author need it: their floor is in two
-    /// systems and carries bodies that collide with one of them.
+    /// One system in common is enough, as the samples of the extension's author need it: their
+    /// floor is in two systems and carries bodies that collide with one of them.
     fn admitted_by(&self, other: &Self) -> bool {
         let shared = |list: &Vec<String>| self.member.iter().any(|m| list.contains(m));
         other.with.as_ref().is_none_or(shared) && !other.not_with.as_ref().is_some_and(shared)
@@ -101,7 +103,7 @@ impl Systems {
 /// The filters of the document, then the one of colliders without filter.
 ///
 /// Each different filter of the file gets a layer of its own, and its mask the layers of those it
-/// collides with: so the engine's masks say exactly what the rule about sets of systems says.
+/// collides with. So the engine's masks give exactly the format's rule about sets of systems.
 pub(crate) fn filters(
     extension: Option<&At<'_>>,
     notes: &mut Vec<String>,

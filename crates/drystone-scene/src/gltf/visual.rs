@@ -1,5 +1,5 @@
-//! What the nodes of a document show: their meshes, on the bodies they belong to or where they stand. What cannot be shown is
-//! noted and left out.
+//! The visible meshes of a document's nodes, on the bodies they belong to or where they stand.
+//! Meshes that cannot be shown are noted and left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,19 +7,17 @@ use drystone::math::Mat3;
 use drystone::{Pose, Vec3};
 
 use super::accessor;
+use super::document::Document;
 use super::geometry::stretch;
-use super::json::At;
 use super::material::{Mapping, Materials};
 use super::mesh::corners;
-use super::nodes::{Affine, Tree};
+use super::nodes::{self, Tree};
 use super::physics::EXTENSION;
-use super::read::Document;
-use super::read_tree;
 use crate::error::SceneError;
+use crate::read::json::At;
+use crate::read::look::{self, Room};
+use crate::transform::Affine;
 use crate::visual::{PlacedMesh, VisualMesh, VisualVertex, Visuals};
-
-/// Vertices of all meshes together; what is beyond them is left out. A page in a browser has less memory.
-const MOST_VERTICES: usize = if cfg!(target_arch = "wasm32") { 1 << 22 } else { 1 << 24 };
 
 /// A primitive of a mesh as it is stretched: numbers of both, bits of the linear map.
 type Key = (usize, usize, [u32; 9]);
@@ -30,20 +28,22 @@ struct Reader<'a> {
     meshes: Vec<VisualMesh>,
     /// Number of the mesh that was made of a primitive; none if it is left out.
     made: BTreeMap<Key, Option<usize>>,
-    vertices: usize,
+    room: Room,
     /// Meshes stand for collision shapes and have their colors.
     plain: bool,
     notes: Vec<String>,
 }
 
-/// What is to be seen, and notes of what is not; `bodies` are the nodes of the bodies, whose user data they are.
+/// Returns the visuals, and notes on those that are left out; `bodies` are the nodes of the bodies,
+/// which are their user data.
 pub(super) fn read(document: &Document, bodies: &[usize]) -> (Visuals, Vec<String>) {
     let (materials, meshes) = (Materials::new(document), Vec::new());
     let (made, notes) = (BTreeMap::new(), Vec::new());
     let root = At::root(&document.json);
     let generator = root.dig(&["asset", "generator"]);
     let plain = generator.is_some_and(|g| g.text().is_ok_and(|name| name == "drystone"));
-    let mut reader = Reader { document, materials, meshes, made, vertices: 0, plain, notes };
+    let mut reader =
+        Reader { document, materials, meshes, made, room: Room::default(), plain, notes };
     let mut visuals = Visuals::default();
     if let Err(e) = reader.nodes(bodies, &mut visuals) {
         reader.notes.push(format!("{e}: what it shows is left out"));
@@ -57,7 +57,7 @@ pub(super) fn read(document: &Document, bodies: &[usize]) -> (Visuals, Vec<Strin
 impl Reader<'_> {
     fn nodes(&mut self, bodies: &[usize], visuals: &mut Visuals) -> Result<(), SceneError> {
         let root = At::root(&self.document.json);
-        let tree = read_tree(&root)?;
+        let tree = nodes::read(&root)?;
         let list = root.list("nodes")?;
         let late = late(self.document).unwrap_or_default();
         let mut owner: Vec<Option<usize>> = vec![None; tree.nodes.len()];
@@ -95,7 +95,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The numbers of what a node's mesh is made of.
+    /// The numbers of the meshes of a node.
     fn mesh(&mut self, mesh: &At<'_>, tree: &Tree, node: usize) -> Result<Vec<usize>, SceneError> {
         let number = mesh.size()?;
         let at = At::root(&self.document.json).entry("meshes", mesh)?;
@@ -141,7 +141,7 @@ impl Reader<'_> {
             None => (0..u32::try_from(count).unwrap_or(0)).collect(),
         };
         // Before it takes memory.
-        self.check_room(at, size(count, list.len()))?;
+        self.check_room(at, look::size(count, list.len()))?;
         let (material, mapping) = self.material(at);
         let mut vertices: Vec<VisualVertex> = points
             .iter()
@@ -170,20 +170,16 @@ impl Reader<'_> {
             VisualMesh { vertices, indices, material }
         } else {
             self.check_room(at, 3 * triangles.len())?;
-            flat(&vertices, &triangles, material)
+            look::flat(&vertices, &triangles, material)
         };
-        self.vertices += size(mesh.vertices.len(), mesh.indices.len());
+        self.room.add(&mesh);
         self.meshes.push(mesh);
         Ok(Some(self.meshes.len() - 1))
     }
 
-    /// Whether so many more vertices may come.
+    /// Refuses a primitive for whose vertices there is no room.
     fn check_room(&self, at: &At<'_>, more: usize) -> Result<(), SceneError> {
-        if self.vertices.saturating_add(more) <= MOST_VERTICES {
-            return Ok(());
-        }
-        let problem = format!("brings all meshes to more than {MOST_VERTICES} vertices");
-        Err(at.error(problem, "fewer or simpler meshes"))
+        self.room.check(more).map_err(|problem| at.error(problem, look::ALLOWED))
     }
 
     /// The material of a primitive; none if it has none that can be read.
@@ -200,7 +196,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The numbers of an attribute, one element a vertex; none if they are missing or, which is noted, broken.
+    /// The numbers of an attribute, one element a vertex; none if they are missing or, which is
+    /// noted, broken.
     fn numbers(
         &mut self,
         attributes: &At<'_>,
@@ -277,26 +274,8 @@ impl Reader<'_> {
     }
 }
 
-/// Each triangle with corners of its own, which face as it does: what a file without normals asks for.
-fn flat(vertices: &[VisualVertex], triangles: &[[u32; 3]], material: Option<usize>) -> VisualMesh {
-    let mut all = Vec::with_capacity(3 * triangles.len());
-    for triangle in triangles {
-        let corners = triangle.map(|i| vertices[i as usize]);
-        let [a, b, c] = corners.map(|corner| Vec3::from(corner.place));
-        let normal = (b - a).cross(c - a).normalize_or(Vec3::Y).to_array();
-        all.extend(corners.map(|corner| VisualVertex { normal, ..corner }));
-    }
-    let indices = (0_u32..).take(all.len()).collect();
-    VisualMesh { vertices: all, indices, material }
-}
-
-/// As how many vertices a mesh counts: few vertices may have many triangles, two for each are usual.
-fn size(vertices: usize, indices: usize) -> usize {
-    vertices.max(indices / 6)
-}
-
-/// A number to 16 bits of its fraction: turned nodes of one size have sizes that differ by their rounding, and share their meshes
-/// all the same.
+/// A number to 16 bits of its fraction: turned nodes of one size have sizes that differ by their
+/// rounding, and share their meshes all the same.
 fn rounded(x: f32) -> f32 {
     f32::from_bits(((x + 0.0).to_bits() + 0x80) & !0xFF)
 }
@@ -305,7 +284,8 @@ fn determinant(m: &Mat3) -> f32 {
     m.x.dot(m.y.cross(m.z))
 }
 
-/// What turns normals as the map turns what they stand on, away from it also where it is mirrored.
+/// The map of normals where `m` maps the points of a surface; they point outward even if `m`
+/// mirrors.
 fn cofactors(m: &Mat3) -> Mat3 {
     let sign = if determinant(m) < 0.0 { -1.0 } else { 1.0 };
     // Brought to a size about 1: that of small maps would be lost.

@@ -8,13 +8,13 @@ use drystone::joint::SixDof;
 use drystone::{Axis, BodyDef, BodyKind, JointKind, MassDef, Pose, Quat, ShapeDef, Vec3};
 
 use super::compose::{self, stages};
-use super::{Hold, Link, Weight};
+use super::link::{Hold, Link, Weight};
 use crate::error::SceneError;
-use crate::gltf::of_shapes;
+use crate::mass::mass_of;
 use crate::scene::{Scene, SceneCoupling, SceneFrame, SceneJoint};
 
-/// Of a link that several joints hold, this part of its mass stands between each two of them that cannot be
-/// one joint: a body without a mass is none, and a much lighter one would make the joints soft.
+/// If several joints hold a link, this part of its mass stands between each two of them that cannot
+/// be one joint. A body needs a mass, and a much lighter one would make the joints soft.
 const SHARE: f32 = 0.125;
 
 /// Whether a link collides with one that the world holds, if a joint is between them.
@@ -146,7 +146,7 @@ pub(crate) fn assemble(
             let link = &links[i];
             let center = match link.weight {
                 Weight::Given(m) => m.center,
-                _ => of_shapes(&link.shapes).center,
+                _ => mass_of(&link.shapes).center,
             };
             let name = names.unique(&link.name, i);
             scene.frames.push(SceneFrame { name, body, pose: on, center: on.point(center) });
@@ -181,7 +181,7 @@ impl Names {
     }
 }
 
-/// What a body and its joints are added with.
+/// Adds a body and its joints.
 struct Chain<'a> {
     links: &'a [Link<'a>],
     out: &'a mut Assembled,
@@ -295,7 +295,7 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
             on,
             match member.weight {
                 Weight::Given(mass) => mass,
-                Weight::FromShapes => of_shapes(&member.shapes),
+                Weight::FromShapes => mass_of(&member.shapes),
                 Weight::Unsaid => MassProperties::default(),
             },
         ));
@@ -304,7 +304,7 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
     if kind != BodyKind::Dynamic {
         return Ok(def);
     }
-    // A shape that could not be read is why there is no mass, and what the user can mend.
+    // There is no mass because a shape could not be read, which the user can mend.
     let left_out = group.members.iter().find_map(|(i, _)| links[*i].left_out.as_deref());
     let fail = |problem: String, allowed: &str| {
         let problem = match left_out {
@@ -313,7 +313,7 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
         };
         Err(link.element.error(problem, allowed))
     };
-    let own = of_shapes(&def.shapes);
+    let own = mass_of(&def.shapes);
     let mut whole = MassProperties::combine(&parts);
     let is_unsaid = group.members.iter().all(|(i, _)| links[*i].weight == Weight::Unsaid);
     if whole.mass <= 0.0 && is_unsaid && own.mass > 0.0 {

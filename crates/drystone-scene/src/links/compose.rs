@@ -1,8 +1,8 @@
 //! From the joints of a link, one after the other, to as few joints of six axes as say the same.
 //!
-//! Slides at right angles and then hinges at right angles through one point are one joint: one or two
-//! hinges exactly, three as a ball whose swing takes the first two. What does not fit begins another
-//! stage, with a body in between.
+//! Slides at right angles and then hinges at right angles through one point are one joint. One or
+//! two hinges are exact; three become a ball whose swing takes the first two. A joint that does not
+//! fit begins another stage, with a body in between.
 
 use core::f32::consts::PI;
 
@@ -10,22 +10,23 @@ use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, Planar, S
 use drystone::math::Mat3;
 use drystone::{Axis, JointKind, Quat, Vec3};
 
-use super::{Dof, Way};
+use super::link::{Dof, Way};
 
 /// Joints that act as one.
 #[derive(Clone, Debug)]
 pub(crate) struct Stage {
     /// Where they are [m, frame of the link].
     pub(crate) anchor: Vec3,
-    /// What they do, with both frames as seen from the link at rest.
+    /// Their kind, with both frames as seen from the link at rest.
     pub(crate) kind: JointKind,
     /// Name of the last of them.
     pub(crate) last: String,
-    /// Axis and sign of the coordinate of each of them, by its name: 0 to 2 motions, 3 to 5 turns. None of balls.
+    /// Axis and sign of the coordinate of each of them, by its name: 0 to 2 motions, 3 to 5 turns.
+    /// None of balls.
     pub(crate) coordinates: Vec<(String, Axis, f32, f32)>,
 }
 
-/// The stages of a link's joints; what is approximated goes to `notes`.
+/// The stages of a link's joints; approximations are noted in `notes`.
 pub(crate) fn stages(dofs: &[Dof], notes: &mut Vec<String>) -> Vec<Stage> {
     let mut out = Vec::new();
     let mut rest = dofs;

@@ -1,120 +1,14 @@
-//! Bodies that hang on each other in a tree, as files of robots describe them: links, the joints that
-//! hold each on its parent, and what becomes of them in a scene.
+//! Bodies that hang on each other in a tree, as files of robots describe them. Links and the joints
+//! between them become bodies and joints of a scene.
 //!
-//! A link that is held fast is one body with its parent: that is exact, and cheaper than a joint. Its
-//! name lives on as a [`crate::SceneFrame`].
+//! A link that is held fast is one body with its parent: that is exact, and cheaper than a joint.
+//! Its name lives on as a [`crate::SceneFrame`].
 
 mod assemble;
 mod compose;
-mod mesh;
-
-use drystone::geometry::MassProperties;
-use drystone::joint::{JointDrive, JointSpring};
-use drystone::{Pose, ShapeDef, Vec3};
-
-use crate::xml::Element;
+mod hulls;
+mod link;
 
 pub(crate) use self::assemble::{Anchored, Assembled, assemble};
-pub(crate) use self::mesh::{Hulls, hull_of_points};
-
-/// A link.
-#[derive(Clone, Debug)]
-pub(crate) struct Link<'a> {
-    pub(crate) name: String,
-    /// Where the file speaks of it.
-    pub(crate) element: Element<'a>,
-    /// Number of the link it hangs on, which is a lower one; `None` for the first.
-    pub(crate) parent: Option<usize>,
-    /// Where it is with its joints at rest [frame of the parent, or world].
-    pub(crate) pose: Pose,
-    pub(crate) hold: Hold,
-    pub(crate) weight: Weight,
-    /// Its shapes [its frame].
-    pub(crate) shapes: Vec<ShapeDef>,
-    /// Why the first of its shapes that are left out is.
-    pub(crate) left_out: Option<String>,
-    pub(crate) gravity_scale: f32,
-}
-
-/// What holds a link on its parent.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Hold {
-    /// It is the world itself, or held by it.
-    World,
-    /// Nothing lets it move.
-    Fast,
-    /// Nothing holds it.
-    Free,
-    /// It is moved by the user alone.
-    Kinematic,
-    /// These joints, one after the other from the parent on.
-    Joints(Vec<Dof>),
-}
-
-/// What is known of a link's mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Weight {
-    /// All of it [frame of the link].
-    Given(MassProperties),
-    /// It comes from the shapes and their densities.
-    FromShapes,
-    /// Nothing: it weighs nothing, if what it is one body with has a mass.
-    Unsaid,
-}
-
-/// A way to move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
-    /// About the axis.
-    Hinge,
-    /// Along the axis.
-    Slide,
-    /// About any axis.
-    Ball,
-    /// Across the axis and about it.
-    Planar,
-}
-
-/// One joint of a link.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Dof {
-    pub(crate) name: String,
-    pub(crate) way: Way,
-    /// Unit [frame of the link].
-    pub(crate) axis: Vec3,
-    /// A point of the axis [m, frame of the link].
-    pub(crate) anchor: Vec3,
-    /// Least and greatest coordinate, 0 at rest [m; rad].
-    pub(crate) range: Option<[f32; 2]>,
-    /// Spring and damper: its rest coordinate, stiffness and damping; all 0 without.
-    pub(crate) spring: [f32; 3],
-    /// Greatest force of dry friction [N; N m].
-    pub(crate) friction: f32,
-    /// What the coordinate is at rest in the file's own count, 0 unless it says so [m; rad].
-    pub(crate) reference: f32,
-}
-
-impl Dof {
-    /// A joint that moves freely.
-    pub(crate) fn new(name: &str, way: Way, axis: Vec3, anchor: Vec3) -> Self {
-        let name = name.to_owned();
-        Self {
-            name,
-            way,
-            axis,
-            anchor,
-            range: None,
-            spring: [0.0; 3],
-            friction: 0.0,
-            reference: 0.0,
-        }
-    }
-
-    /// What its spring and damper do to a coordinate that counts along `sign` times its own.
-    fn drive(&self, sign: f32) -> Option<JointDrive> {
-        let [rest, stiffness, damping] = self.spring;
-        let spring = JointSpring::new(stiffness, damping);
-        let is_sprung = stiffness > 0.0 || damping > 0.0;
-        is_sprung.then(|| JointDrive::servo(sign * rest, spring, f32::INFINITY))
-    }
-}
+pub(crate) use self::hulls::Hulls;
+pub(crate) use self::link::{Dof, Hold, Link, Way, Weight};

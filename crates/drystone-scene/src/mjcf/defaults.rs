@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use drystone::Vec3;
 
-use super::model::Model;
 use crate::error::SceneError;
-use crate::xml::Element;
+use crate::read::xml::Element;
 
-/// A class may have so many elements, and so many classes around it: each element of a file looks at all of them.
+/// Most elements of a class, and most classes around it: each element of a file goes through all of
+/// them.
 const MOST_ELEMENTS: usize = 256;
 const MOST_DEEP: usize = 64;
 
@@ -18,7 +18,7 @@ struct Class<'a> {
     parent: Option<usize>,
     /// Classes around it.
     depth: usize,
-    /// For each kind of element what the class says of it, in order.
+    /// The class's defaults for each kind of element, in order.
     elements: Vec<Element<'a>>,
 }
 
@@ -30,11 +30,12 @@ pub(super) struct Defaults<'a> {
 }
 
 impl<'a> Defaults<'a> {
-    /// Adds a `<default>` of the model and the classes in it.
+    /// Adds a `<default>` of the model and the classes in it; `children` are the elements inside
+    /// one.
     pub(super) fn add(
         &mut self,
         section: &Element<'a>,
-        model: &Model<'a>,
+        children: impl Fn(&Element<'a>) -> Result<Vec<Element<'a>>, SceneError>,
     ) -> Result<(), SceneError> {
         let mut stack = vec![(*section, None)];
         while let Some((element, parent)) = stack.pop() {
@@ -59,7 +60,7 @@ impl<'a> Defaults<'a> {
                 self.classes.push(Class { parent, depth, elements: Vec::new() });
             }
             let mut inner = Vec::new();
-            for child in model.children(&element)? {
+            for child in children(&element)? {
                 if child.tag() == "default" {
                     inner.push((child, Some(number)));
                 } else {

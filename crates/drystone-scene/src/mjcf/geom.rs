@@ -10,9 +10,9 @@ use drystone::{Filter, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::defaults::View;
 use super::model::Model;
-use super::walk::Walk;
 use crate::error::SceneError;
-use crate::links::{Hulls, hull_of_points};
+use crate::links::{Hulls, Link};
+use crate::read::mesh::hull_of_points;
 
 /// A shape, or why it is left out; with a note.
 pub(super) struct Geom {
@@ -87,7 +87,7 @@ pub(super) fn read<'a>(
         def.density = view.at_least_zero("mass")? / volume;
     }
     if !def.density.is_finite() {
-        return Err(view.element().error("its mass is beyond any", "a smaller density or mass"));
+        return Err(view.element().error("its mass is not finite", "a smaller density or mass"));
     }
     let [kind, affinity] = [bits(view, "contype")?, bits(view, "conaffinity")?];
     def.user_data = u64::from(kind) << 32 | u64::from(affinity);
@@ -103,7 +103,8 @@ fn bits(view: &View<'_>, name: &str) -> Result<u32, SceneError> {
         .ok_or_else(|| view.wrong(name, "a whole number from 0 to 4294967295"))
 }
 
-/// Half sizes along x, y and z, and the place; of what is round, x is the radius and z half the straight part.
+/// Half sizes along x, y and z, and the place; for round shapes, x is the radius and z half the
+/// straight part.
 fn extents<'a>(view: &View<'a>, model: &Model<'a>, kind: &str) -> Result<(Vec3, Pose), SceneError> {
     let sizes = view.list("size", 3)?;
     let along = if kind == "sphere" { None } else { view.numbers::<6>("fromto")? };
@@ -203,8 +204,8 @@ fn ball_points(half: Vec3) -> Vec<Vec3> {
     points
 }
 
-/// Friction and restitution. MuJoCo takes the larger friction of two geoms, and none where both ask for contacts
-/// without.
+/// Friction and restitution. MuJoCo takes the larger friction of two geoms, and none where both ask
+/// for contacts without.
 fn surface(view: &View<'_>) -> Result<Material, SceneError> {
     let friction = view.list("friction", 3)?.first().copied().unwrap_or(1.0);
     if friction < 0.0 {
@@ -220,8 +221,9 @@ fn surface(view: &View<'_>) -> Result<Material, SceneError> {
     })
 }
 
-/// What a contact that is a damped spring gives back: e^(-π ζ / √(1 - ζ²)) of the speed it meets, where ζ is
-/// its damping ratio. Two positive numbers are a time and that ratio, two others stiffness and damping per mass.
+/// Restitution of a contact that is a damped spring: e^(-π ζ / √(1 - ζ²)) of the speed it meets,
+/// where ζ is its damping ratio. Two positive numbers are a time and that ratio, two others
+/// stiffness and damping per mass.
 fn restitution(solref: &[f32]) -> f32 {
     let [first, second] = solref else { return 0.0 };
     let ratio = if *first > 0.0 { *second } else { -second / (2.0 * (-first).max(1.0e-30).sqrt()) };
@@ -234,12 +236,12 @@ fn restitution(solref: &[f32]) -> f32 {
 
 /// Turns contact bits into filters; a note if there are too many kinds.
 ///
-/// Two geoms collide if one's `contype` and the other's `conaffinity` have a bit in common. Each different pair
-/// of both gets a layer of its own, and its mask the layers of those it collides with.
-pub(super) fn filters(walk: &mut Walk<'_>) -> Option<String> {
-    let contacts = walk.option.contacts;
+/// Two geoms collide if one's `contype` and the other's `conaffinity` have a bit in common. Each
+/// different pair of both gets a layer of its own, and its mask the layers of those it collides
+/// with.
+pub(super) fn filters(contacts: bool, links: &mut [Link<'_>]) -> Option<String> {
     let mut kinds: Vec<u64> = Vec::new();
-    for shape in walk.links.iter().flat_map(|l| &l.shapes) {
+    for shape in links.iter().flat_map(|l| &l.shapes) {
         if !kinds.contains(&shape.user_data) && kinds.len() < 65 {
             kinds.push(shape.user_data);
         }
@@ -248,7 +250,7 @@ pub(super) fn filters(walk: &mut Walk<'_>) -> Option<String> {
         contacts && ((a >> 32) & (b & 0xFFFF_FFFF) != 0 || (b >> 32) & (a & 0xFFFF_FFFF) != 0)
     };
     let plain = contacts && kinds.iter().all(|k| *k == 1 << 32 | 1);
-    for shape in walk.links.iter_mut().flat_map(|l| &mut l.shapes) {
+    for shape in links.iter_mut().flat_map(|l| &mut l.shapes) {
         let own = shape.user_data;
         shape.user_data = 0;
         let place = kinds.iter().position(|k| *k == own).filter(|i| *i < 64);

@@ -4,9 +4,9 @@ use drystone::geometry::MassProperties;
 use drystone::math::Sym3;
 use drystone::{Pose, Vec3};
 
-use super::Options;
 use super::defaults::View;
 use super::model::Model;
+use super::option::Options;
 use crate::error::SceneError;
 use crate::links::{Dof, Way};
 
@@ -67,7 +67,7 @@ pub(super) fn read<'a>(
     Ok(Read::Joint(dof))
 }
 
-/// What `<inertial>` says [frame of the body].
+/// The mass that `<inertial>` gives [frame of the body].
 pub(super) fn inertial<'a>(
     view: &View<'a>,
     model: &Model<'a>,

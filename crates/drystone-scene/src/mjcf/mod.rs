@@ -1,35 +1,37 @@
 //! MJCF, the format of MuJoCo: bodies within bodies, with geoms and joints.
 //!
-//! Read: bodies, frames, geoms (plane, sphere, capsule, cylinder, box, ellipsoid and mesh as hulls), masses,
-//! joints (free, hinge, slide, ball; several on a body) with ranges, springs, damping and friction, default
-//! classes, `include`, `replicate`, `attach`, contact bits and excludes, `connect` and `weld`, tendons of two
-//! sites, gravity and the flags of `option`. What else a file has is counted and noted.
+//! Read: bodies, frames, geoms (plane, sphere, capsule, cylinder, box, ellipsoid and mesh as
+//! hulls), masses. Joints (free, hinge, slide, ball; several on a body) with ranges, springs,
+//! damping and friction. Default classes, `include`, `replicate`, `attach`, contact bits and
+//! excludes, `connect` and `weld`, tendons of two sites, gravity and the flags of `option`. Other
+//! elements are counted and noted.
 
 mod defaults;
 mod geom;
 mod joint;
 mod model;
+mod option;
 mod relations;
 mod walk;
 
 use std::path::Path;
 
-use drystone::{Vec3, vec3};
 use roxmltree::Document;
 
 use self::model::{Files, Model};
+use self::option::Options;
 use self::walk::Walk;
 use crate::error::SceneError;
 use crate::links::{Anchored, assemble};
+use crate::read::xml;
 use crate::scene::Scene;
-use crate::xml::{self, Element};
 
 /// Reads an `.xml` file.
 ///
 /// # Errors
 /// A line that names the file, the place in it, what is wrong and what is allowed.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    let text = xml::text(path)?;
+    let text = xml::file(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     from_text(&text, folder).map_err(|e| e.in_file(path))
 }
@@ -58,7 +60,7 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     let mut scene = Scene::new(main.name, "");
     scene.config.gravity = option.gravity;
     if let Some(step) = option.timestep {
-        // Substeps no longer than the file's steps: what it is stiff enough for.
+        // Substeps no longer than the file's steps, for which its stiffness was chosen.
         let substeps = f64::from(scene.config.method.substeps());
         let fitting = 1.0 / (f64::from(step) * substeps);
         #[expect(clippy::cast_possible_truncation, reason = "60 to 2000")]
@@ -70,7 +72,7 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     }
     let mut walk = Walk::new(models, option);
     walk.run()?;
-    let filters = geom::filters(&mut walk);
+    let filters = geom::filters(option.contacts, &mut walk.links);
     scene.notes.extend(filters);
     scene.notes.append(&mut walk.notes);
     let mut assembled = assemble(&walk.links, Anchored::Collides, &mut scene)?;
@@ -81,67 +83,4 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     let moving = scene.bodies.iter().filter(|b| b.def.kind == drystone::BodyKind::Dynamic).count();
     scene.summary = format!("{moving} moving bodies and {} joints", scene.joints.len());
     Ok(scene)
-}
-
-/// What of `<option>` counts.
-#[derive(Clone, Copy, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "the flags of the format")]
-struct Options {
-    gravity: Vec3,
-    timestep: Option<f32>,
-    contacts: bool,
-    limits: bool,
-    friction: bool,
-    springs: bool,
-    equalities: bool,
-}
-
-impl Options {
-    fn read(model: &Model<'_>) -> Result<Self, SceneError> {
-        let mut out = Self {
-            gravity: vec3(0.0, 0.0, -9.81),
-            timestep: None,
-            contacts: true,
-            limits: true,
-            friction: true,
-            springs: true,
-            equalities: true,
-        };
-        for option in model.sections("option") {
-            out.gravity = option.vec3("gravity")?.unwrap_or(out.gravity);
-            if option.get("timestep").is_some() {
-                out.timestep = Some(option.above_zero("timestep")?);
-            }
-            for flags in option.all("flag") {
-                out.flags(&flags)?;
-            }
-        }
-        Ok(out)
-    }
-
-    fn flags(&mut self, flags: &Element<'_>) -> Result<(), SceneError> {
-        for (name, value) in flags.attributes() {
-            let on = match value {
-                "enable" => true,
-                "disable" => false,
-                _ => return Err(flags.wrong(name, "enable or disable")),
-            };
-            match name {
-                "constraint" if !on => {
-                    self.contacts = false;
-                    self.limits = false;
-                    self.friction = false;
-                    self.equalities = false;
-                }
-                "contact" => self.contacts = on,
-                "limit" => self.limits = on,
-                "frictionloss" => self.friction = on,
-                "equality" => self.equalities = on,
-                "passive" | "spring" => self.springs = on,
-                "gravity" if !on => self.gravity = Vec3::ZERO,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
 }

@@ -10,19 +10,19 @@ use roxmltree::Document;
 
 use super::defaults::{Defaults, View};
 use crate::error::SceneError;
-use crate::xml::{self, Element};
+use crate::read::xml::{self, Element};
 
 /// More files than this are refused.
 const MAX_FILES: usize = 64;
 
-/// Files may include each other so deep.
+/// Most files that include each other, one in the other.
 const MAX_INCLUDES: usize = 16;
 
-/// All files together may be so large [bytes].
+/// Largest size of all files together [bytes].
 const MAX_BYTES: usize = 400_000_000;
 
-/// More elements than this are not looked at, those of included files and of copies each time: a file of a few lines
-/// can have billions of them.
+/// More elements than this are not looked at, those of included files and of copies each time: a
+/// file of a few lines can have billions of them.
 const MAX_SEEN: usize = 4_000_000;
 
 /// All files that the first one names, and those they name.
@@ -66,7 +66,7 @@ impl Files {
                 if texts.len() >= MAX_FILES {
                     return Err(fail("it names too many files".to_owned(), "64 in all"));
                 }
-                let text = xml::text(&folder.join(path))
+                let text = xml::file(&folder.join(path))
                     .map_err(|e| fail(format!("{file}: {}", e.problem()), e.allowed()))?;
                 bytes += text.len();
                 if bytes > MAX_BYTES {
@@ -82,7 +82,7 @@ impl Files {
         Ok(Self { folder: folder.to_path_buf(), texts })
     }
 
-    /// The models, the one asked for first.
+    /// The models, the one of the requested file first.
     pub(super) fn models<'a>(
         &'a self,
         documents: &'a [Document<'a>],
@@ -150,7 +150,7 @@ pub(super) struct Model<'a> {
     pub(super) meshes: BTreeMap<&'a str, Element<'a>>,
     /// Files of models that can be attached, by name.
     attachable: BTreeMap<&'a str, &'a str>,
-    /// Those models.
+    /// Numbers of those models.
     pub(super) models: BTreeMap<&'a str, usize>,
     folder: PathBuf,
 }
@@ -189,7 +189,7 @@ impl<'a> Model<'a> {
         }
         let mut defaults = Defaults::default();
         for section in model.sections("default") {
-            defaults.add(&section, &model)?;
+            defaults.add(&section, |element| model.children(element))?;
         }
         model.defaults = defaults;
         for assets in model.sections("asset").collect::<Vec<_>>() {

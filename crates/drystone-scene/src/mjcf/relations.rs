@@ -1,4 +1,4 @@
-//! What sections beside the bodies say of two of them: excludes, equalities, tendons.
+//! Relations of two bodies that have sections of their own: excludes, equalities, tendons.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,8 @@ use super::defaults::View;
 use super::walk::{Instance, Named, Walk};
 use crate::error::SceneError;
 use crate::links::Assembled;
+use crate::read::xml::Element;
 use crate::scene::{Scene, SceneJoint};
-use crate::xml::Element;
 
 /// Adds them all to the scene.
 pub(super) fn add(
@@ -90,7 +90,7 @@ impl<'a> Relations<'_, 'a> {
         for name in names {
             match known.get(*name) {
                 Some(list) => lists.push(list),
-                // Of an attached model there may be a part only.
+                // Only a part of an attached model may be there.
                 None if !self.is_main => return Ok(Vec::new()),
                 None => {
                     let problem = format!("there is no {what} '{name}'");
@@ -99,7 +99,7 @@ impl<'a> Relations<'_, 'a> {
             }
         }
         let Some(longest) = lists.iter().max_by_key(|l| l.len()) else { return Ok(Vec::new()) };
-        // Of things that have the same name the first counts.
+        // If things have the same name, the first counts.
         let by_suffix: Vec<BTreeMap<&str, T>> = lists
             .iter()
             .map(|list| {

@@ -1,32 +1,33 @@
-//! The way through the bodies of all models, from the outermost in. A stack stands for the way back, so that
-//! no file can be too deep.
+//! The way through the bodies of all models, from the outermost in. A stack stands for the way
+//! back, so that no file can be too deep.
 
 use std::collections::BTreeMap;
 
 use drystone::{Pose, Quat, Vec3};
 
-use super::Options;
 use super::defaults::View;
 use super::geom::{self, Geom, MeshHulls};
 use super::joint::{self, Read};
 use super::model::Model;
+use super::option::Options;
 use crate::error::SceneError;
 use crate::links::{Dof, Hold, Link, Weight};
-use crate::xml::Element;
+use crate::read::xml::Element;
 
 /// More bodies, shapes and copies than this are refused.
 const MAX_THINGS: usize = 200_000;
 
-/// Models may be attached within each other so deep.
+/// Most models attached within each other.
 const MAX_ATTACHED: usize = 16;
 
-/// Copies may stand within copies so deep: each adds to the names inside.
+/// Most copies within each other: each adds to the names inside.
 const MAX_COPIED: usize = 16;
 
-/// Names may be so long, with all that stands before and behind them [bytes]: copies have them all.
+/// Longest name, with its prefixes and suffixes [bytes]: each copy has one of its own.
 const MAX_NAME: usize = 1000;
 
-/// Things by their names as an instance of a model has them, each with what was put behind the name.
+/// Things by their names as an instance of a model has them, each with what was put behind the
+/// name.
 pub(super) type Named<T> = BTreeMap<String, Vec<(String, T)>>;
 
 /// A model, as one of possibly many in the scene.
@@ -45,7 +46,7 @@ pub(super) struct Instance {
 struct Here {
     instance: usize,
     link: usize,
-    /// The frame of what is read [frame of the link].
+    /// The frame of the current element [frame of the link].
     pose: Pose,
     class: Option<usize>,
     prefix: String,
@@ -69,17 +70,18 @@ impl Here {
     }
 }
 
-/// What is still to be done.
+/// A task that is still to be done.
 enum Task<'a> {
-    /// What is in a body, frame or the world.
+    /// Read the elements of a body, a frame or the world.
     Inside(Element<'a>, Here),
     /// One element of those.
     One(Element<'a>, Here),
-    /// A copy and those behind it: its number, how many there are, where it is, and what is between two.
+    /// A copy and those behind it: its number, how many there are, where it is, and what is between
+    /// two.
     Copy { element: Element<'a>, here: Here, number: usize, count: usize, between: Pose },
 }
 
-/// The walk, and what it found.
+/// The walk, and its results.
 pub(super) struct Walk<'a> {
     pub(super) models: &'a [Model<'a>],
     pub(super) option: Options,

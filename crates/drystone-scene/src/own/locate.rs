@@ -1,4 +1,4 @@
-//! Where in a file stands what the engine refused when the scene was built.
+//! The place in a file of a thing that the engine refused when the scene was built.
 
 use std::path::Path;
 
@@ -8,12 +8,13 @@ use serde_json::Value;
 use super::place::Place;
 use crate::build::BuildError;
 use crate::error::SceneError;
+use crate::read::{UTF8, text};
 
-/// What the engine says of a scene that was read from the file at `path`, with line and field where the file itself has
-/// the thing; what a part brought is told by its name.
+/// The engine's error about a scene that was read from the file at `path`. It has line and field if
+/// the thing stands in the file itself, and the thing's name if a part brought it.
 #[must_use]
 pub fn refused(path: &Path, e: &BuildError) -> SceneError {
-    let text = super::text_of(path).unwrap_or_default();
+    let text = text(path, UTF8).unwrap_or_default();
     in_text(&text, e).in_file(path)
 }
 

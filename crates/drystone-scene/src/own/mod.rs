@@ -1,7 +1,9 @@
-//! The own format: a scene as JSON that people can write, with a version and a schema (`docs/format.md`).
+//! The own format: a scene as JSON that people can write, with a version and a schema
+//! (`docs/format.md`).
 //!
-//! What a field is called, and what it is if left out, is as in the engine's definitions. A scene that is written and read
-//! again is the same, bit by bit. Parts of a scene may be other files, of any format that is read.
+//! Names and defaults of fields are those of the engine's definitions. A scene that is written and
+//! read again is the same, bit by bit. Parts of a scene may be other files, of any format that is
+//! read.
 //!
 //! ```
 //! use std::path::Path;
@@ -22,31 +24,29 @@
 //! ```
 
 mod document;
+mod kind;
 mod locate;
 mod place;
 mod print;
 mod read;
+mod saved_hull;
+mod text;
 mod value;
 mod write;
 
 use std::io::Write as _;
 use std::path::Path;
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
-
 use self::document::Document;
 use crate::bake::Unsaid;
 use crate::error::SceneError;
-use crate::file::{self, Ending, Kind, WholeFile};
-use crate::gltf::LoadedGltf;
+use crate::file::{Ending, Kind, WholeFile};
 use crate::scene::Scene;
 
+pub use self::kind::{JsonKind, kind_of};
 pub use self::locate::refused;
 pub use self::read::Options;
-
-/// The version of the format that is written. It is the only one that is read.
-pub const VERSION: u32 = 1;
+pub use self::text::VERSION;
 
 /// Reads a file of this format.
 ///
@@ -56,7 +56,8 @@ pub fn load(path: &Path, options: &Options) -> Result<Scene, SceneError> {
     read::load(path, options)
 }
 
-/// Reads a scene called `name`, if it says no other name, from a text whose paths start from `folder`.
+/// Reads a scene called `name`, if it says no other name, from a text whose paths start from
+/// `folder`.
 ///
 /// # Errors
 /// A line that names the line and field in the text, what is wrong and what is allowed.
@@ -64,52 +65,11 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     read::from_text(text, name, folder, &Options::default())
 }
 
-/// What a `.json` file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum JsonKind {
-    /// A scene of this format: it has a member `drystone`.
-    Own,
-    /// A scene of Rigid-IPC: it has a member `rigid_body_problem`.
-    RigidIpc,
-}
-
-/// What a `.json` file is, by its members.
+/// A scene as a text of this format. Reading it gives the same scene, bit by bit, but for
+/// [`Scene::notes`] and [`Scene::visuals`], which a text does not hold.
 ///
 /// # Errors
-/// A line that names the file, what is wrong and what is allowed.
-pub fn kind_of(path: &Path) -> Result<JsonKind, SceneError> {
-    let text = text_of(path)?;
-    kind_of_text(&text).map_err(|e| e.in_file(path))
-}
-
-pub(crate) fn kind_of_text(text: &str) -> Result<JsonKind, SceneError> {
-    /// What tells the formats apart.
-    #[derive(Deserialize)]
-    struct Head {
-        drystone: Option<IgnoredAny>,
-        rigid_body_problem: Option<IgnoredAny>,
-    }
-    let fail = |place: &str, problem: &str, allowed: &str| {
-        SceneError::new(Path::new(""), place, problem, allowed)
-    };
-    let head: Head = serde_json::from_str(text).map_err(|e| read::broken(text, &e, ""))?;
-    match head {
-        Head { drystone: Some(_), .. } => Ok(JsonKind::Own),
-        Head { rigid_body_problem: Some(_), .. } => Ok(JsonKind::RigidIpc),
-        Head { .. } => Err(fail(
-            "",
-            "it says of no format that it is of it",
-            "\"drystone\": 1 at its top, or a \"rigid_body_problem\" of Rigid-IPC",
-        )),
-    }
-}
-
-/// A scene as a text of this format. Reading it gives the same scene, bit by bit, but for [`Scene::notes`] and
-/// [`Scene::visuals`], which a text does not hold.
-///
-/// # Errors
-/// What no file can say: a film, two bodies of one name, names that something else has.
+/// Scenes that no file can hold: a film, two bodies of one name, names that something else has.
 pub fn to_text(scene: &Scene) -> Result<String, SceneError> {
     text_with(scene, None)
 }
@@ -120,11 +80,12 @@ fn text_with(scene: &Scene, visuals: Option<&str>) -> Result<String, SceneError>
     print::pretty(&document).map_err(|e| SceneError::new(Path::new(""), "", e, ""))
 }
 
-/// Writes a scene as a file of this format, which has its name when it is whole. `visuals` is the path, from the file's
-/// folder, of the glTF file that it was read from, which says what its bodies look like.
+/// Writes a scene as a file of this format, which has its name when it is whole. `visuals` is the
+/// path, from the file's folder, of the glTF file that it was read from, which says what its bodies
+/// look like.
 ///
 /// # Errors
-/// Those of [`to_text`]; a file that cannot be written, or would be larger than what is read.
+/// The errors of [`to_text`]; a file that cannot be written, or would be larger than what is read.
 pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending, SceneError> {
     let text = text_with(scene, visuals).map_err(|e| e.in_file(path))?;
     let most = Kind::Text.most();
@@ -139,16 +100,16 @@ pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending,
     written.map_err(|e| SceneError::new(path, "", format!("cannot be written: {e}"), ""))
 }
 
-/// What of a glTF file, with [`Scene::visuals`] read, a file of this format does not say unless it names it.
+/// Lists the things that a file of this format does not hold of a glTF file, unless it names that
+/// file. The glTF file has `animations`, and is read as `scene` with [`Scene::visuals`].
 #[must_use]
-pub fn unsaid(file: &LoadedGltf) -> Vec<Unsaid> {
-    let visuals = &file.scene.visuals;
+pub fn unsaid(scene: &Scene, animations: usize) -> Vec<Unsaid> {
+    let visuals = &scene.visuals;
     let placed = visuals.worn.values().map(Vec::len).sum::<usize>() + visuals.scenery.len();
-    let animations = file.document.json.get("animations").and_then(|v| v.as_array());
     let all = [
         ("a mesh to look at", placed),
         ("a material to look at", if placed > 0 { visuals.materials.len() } else { 0 }),
-        ("an animation", animations.map_or(0, Vec::len)),
+        ("an animation", animations),
     ];
     let all = all.map(|(what, count)| Unsaid { what: what.to_owned(), count });
     all.into_iter().filter(|unsaid| unsaid.count > 0).collect()
@@ -161,10 +122,4 @@ pub fn schema() -> String {
     let mut text = serde_json::to_string_pretty(&schema).expect("a schema is JSON");
     text.push('\n');
     text
-}
-
-/// All of a file as text.
-pub(crate) fn text_of(path: &Path) -> Result<String, SceneError> {
-    String::from_utf8(file::read(path, Kind::Text)?)
-        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "a file of UTF-8 text"))
 }

@@ -51,7 +51,8 @@ impl Place {
         place
     }
 
-    /// Line and column of its value in a text of JSON, counted from 1; of the closest thing around it if it is not there.
+    /// Line and column of its value in a text of JSON, counted from 1; of the closest thing around
+    /// it if it is not there.
     pub(crate) fn find(&self, text: &str) -> (usize, usize) {
         let mut scan = Scan { bytes: text.as_bytes(), at: 0 };
         for step in &self.0 {
@@ -186,7 +187,7 @@ mod tests {
             (root.nth("a", 1), (2, 11), "a[1]"),
             (root.nth("a", 1).key("c"), (2, 30), "a[1].c"),
             (root.key("d"), (3, 7), "d"),
-            // What is not there: what is around it.
+            // If a thing is not there, the thing around it.
             (root.nth("a", 2), (2, 7), "a[2]"),
             (root.key("d").key("e"), (3, 7), "d.e"),
             (root.field("a[1].c"), (2, 30), "a[1].c"),

@@ -1,8 +1,9 @@
-//! JSON for people: members in the order of their definition, what fits on one line, numbers as short as they can be.
+//! JSON for people: members in the order of their definition, what fits on one line, numbers as
+//! short as they can be.
 
 use serde::Serialize;
 
-/// Lists and objects of no more than so many characters stand on one line.
+/// Most characters of a list or object that stands on one line.
 const WIDTH: usize = 100;
 
 /// A value of JSON, of a text that serde wrote.
@@ -16,7 +17,7 @@ enum Node<'a> {
 /// The text of a value. Members that are null are left out.
 ///
 /// # Errors
-/// Those of serde, of which a definition of data has none.
+/// The errors of serde; a definition of data has none.
 pub(crate) fn pretty(value: &impl Serialize) -> Result<String, serde_json::Error> {
     let text = serde_json::to_string(value)?;
     let mut out = String::with_capacity(text.len() * 5 / 4);
@@ -129,7 +130,7 @@ fn fill(items: &[Node<'_>], depth: usize, out: &mut String) {
     let mut word = String::new();
     for (i, item) in items.iter().enumerate() {
         word.clear();
-        // No room is too small for what is plain.
+        // Plain values always fit.
         short(item, usize::MAX, &mut word);
         out.push_str(if i > 0 { "," } else { "" });
         if used + word.len() + 2 > width {
@@ -148,7 +149,8 @@ fn indent(depth: usize, out: &mut String) {
     out.extend(core::iter::repeat_n("  ", depth));
 }
 
-/// Writes a value on one line; false as soon as that is longer than `room`. What is no list or object always fits.
+/// Writes a value on one line; false as soon as that is longer than `room`. A value that is no list
+/// or object always fits.
 fn short(node: &Node<'_>, room: usize, out: &mut String) -> bool {
     match node {
         Node::Leaf(word) => {
@@ -184,7 +186,8 @@ fn short(node: &Node<'_>, room: usize, out: &mut String) -> bool {
 /// A word as it is to be written: a number that reads back to the same f32, as short as it can be.
 fn number(word: &str) -> std::borrow::Cow<'_, str> {
     let Some(whole) = word.strip_suffix(".0") else {
-        // Readers take the number for an f64 first. Where that rounds twice to another f32, all digits do.
+        // Readers take the number for an f64 first. Where that rounds twice to another f32, all
+        // digits do.
         let single: Option<f32> = word.parse().ok().filter(|_| word.contains(['.', 'e']));
         let read = |text: &str| serde_json::from_str::<f32>(text).ok().map(f32::to_bits);
         return match single {

@@ -1,6 +1,8 @@
-//! Values of the format that can be said in more than one way: a turn, a mass, a name or the thing itself.
+//! Values of the format that can be said in more than one way: a turn, a mass, a name or the thing
+//! itself.
 //!
-//! Each is read by hand, not by an untagged enum of serde: that one forgets where it was and what it expected.
+//! Each is read by hand, not by an untagged enum of serde: that one forgets where it was and what
+//! it expected.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -158,7 +160,7 @@ impl JsonSchema for Turn {
     }
 }
 
-/// What another place of the file has: its name, or its number in its list, counted from 0.
+/// A reference to another thing of the file: its name, or its number in its list, counted from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Ref {
     /// By name.
@@ -289,8 +291,8 @@ pub(crate) struct FullMass {
     pub(crate) mass: f32,
     /// Center of mass [m, body]; the origin if left out.
     pub(crate) center: Option<Triple>,
-    /// Inertia about the center of mass [kg m², body]: `[xx, yy, zz]`, or `[xx, yy, zz, xy, xz, yz]`. Zero along a
-    /// principal axis locks the turn about it.
+    /// Inertia about the center of mass [kg m², body]: `[xx, yy, zz]`, or `[xx, yy, zz, xy, xz,
+    /// yz]`. Zero along a principal axis locks the turn about it.
     #[schemars(length(min = 3, max = 6))]
     pub(crate) inertia: Vec<f32>,
 }
@@ -349,7 +351,8 @@ impl JsonSchema for Mass {
     }
 }
 
-/// Things by name, in the order of the file. A name that is there twice is refused: serde's maps keep the last one.
+/// Things by name, in the order of the file. A name that is there twice is refused: serde's maps
+/// keep the last one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Table<T>(pub(crate) Vec<(String, T)>);
 

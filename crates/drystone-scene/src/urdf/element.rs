@@ -7,10 +7,9 @@ use drystone::geometry::MassProperties;
 use drystone::math::Sym3;
 use drystone::{Material, Pose, Quat, Shape, ShapeDef, Vec3};
 
-use super::direction;
 use crate::error::SceneError;
 use crate::links::{Dof, Hold, Hulls, Way};
-use crate::xml::Element;
+use crate::read::xml::Element;
 
 /// Kinds of joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,8 +151,8 @@ pub(super) fn collision(
     Ok(Ok((ShapeDef::new(made).with_pose(at), note)))
 }
 
-/// The file that a name stands for: beside the robot's file, or in a folder above it that has the package, or
-/// is the package.
+/// The file that a name stands for: beside the robot's file, or in a folder above it that has the
+/// package, or is the package.
 fn find(name: &str, folder: &Path) -> Result<PathBuf, String> {
     let name = name.trim();
     let packaged = name.strip_prefix("package://").or_else(|| name.strip_prefix("model://"));
@@ -264,4 +263,9 @@ pub(super) fn joint<'a>(
     }
     let origin = origin(element)?;
     Ok(Joint { name, kind, parent, child, origin, hold, note, mimic, has_motor_limits })
+}
+
+/// A direction; the file may give it any length.
+fn direction(element: &Element<'_>, name: &str, v: Vec3) -> Result<Vec3, SceneError> {
+    v.try_normalize().ok_or_else(|| element.wrong(name, "a direction that is not zero"))
 }

@@ -1,9 +1,10 @@
 //! URDF, the Unified Robot Description Format: links, and the joints between them, as a tree.
 //!
-//! Read with an XML parser that knows the line of every element, not with `urdf-rs`
-//! (`docs/decisions/019-robot-files.md`). Links that fixed joints hold are one body with their parent. Links
-//! with a joint between them do not collide, nor do links that overlap as the file has them. What only concerns
-//! pictures, motors or sensors is left out; what of it could matter is noted.
+//! Read with an XML parser that keeps the line of every element, not with `urdf-rs`
+//! (`docs/decisions/019-robot-files.md`). Links that fixed joints hold are one body with their
+//! parent. Links with a joint between them do not collide, nor do links that overlap as the file
+//! has them. Elements that only concern pictures, motors or sensors are left out; those that could
+//! matter are noted.
 
 mod element;
 mod overlap;
@@ -11,13 +12,13 @@ mod overlap;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyDef, Pose, ShapeDef, Vec3, vec3};
+use drystone::{BodyDef, Pose, ShapeDef, vec3};
 
 use self::element::{Joint, JointType};
 use crate::error::SceneError;
 use crate::links::{Anchored, Assembled, Hold, Hulls, Link, Weight, assemble};
+use crate::read::xml::{self, Element};
 use crate::scene::Scene;
-use crate::xml::{self, Element};
 
 /// The name of the link that is the world.
 const WORLD: &str = "world";
@@ -25,8 +26,9 @@ const WORLD: &str = "world";
 /// Whether the first link is held by the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Base {
-    /// As it looks: a link called `world`, or one on which exactly one joint moves, as an arm's does, is held;
-    /// what stands on several joints, as on legs or wheels, is free, and so is a single body.
+    /// As it looks. A link called `world` is held, and so is one on which exactly one joint moves,
+    /// as an arm's does. A link with several joints, as on legs or wheels, is free, and so is a
+    /// single body.
     #[default]
     Auto,
     /// Held.
@@ -38,7 +40,7 @@ pub enum Base {
 /// How to read a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// What the first link hangs on.
+    /// The base of the first link.
     pub base: Base,
     /// Height of a ground to add [m]; `None`: there is none, as the format has none.
     pub ground: Option<f32>,
@@ -50,7 +52,7 @@ pub struct Options {
 /// A line that names the file, the place in it, what is wrong and what is allowed.
 pub fn load(path: &Path, options: &Options) -> Result<Scene, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let text = xml::text(path)?;
+    let text = xml::file(path)?;
     from_text(&text, folder, options).map_err(|e| e.in_file(path))
 }
 
@@ -124,7 +126,7 @@ impl Mimic<'_> {
     }
 }
 
-/// Reads elements, and keeps what is to be told.
+/// Reads elements, and keeps the notes on them.
 struct Reader<'a> {
     folder: PathBuf,
     notes: Vec<String>,
@@ -228,7 +230,7 @@ impl<'a> Reader<'a> {
         Ok(links)
     }
 
-    /// What holds the first link, which moves if it is free.
+    /// The hold of the first link, which moves if it is free.
     fn base(&mut self, links: &[Link<'_>], base: Base) -> Hold {
         let mut is_base = vec![true; links.len()];
         let mut moving = 0;
@@ -337,9 +339,4 @@ impl<'a> Reader<'a> {
         }
         Ok(read)
     }
-}
-
-/// A direction; the file may give it any length.
-fn direction(element: &Element<'_>, name: &str, v: Vec3) -> Result<Vec3, SceneError> {
-    v.try_normalize().ok_or_else(|| element.wrong(name, "a direction that is not zero"))
 }

@@ -1,5 +1,5 @@
-//! Links that overlap as the file has them: their shapes are approximations, and would push each other away
-//! for as long as they are. They do not collide.
+//! Links that overlap as the file has them: their shapes are approximations, and would push each
+//! other away for as long as they are. They do not collide.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,10 +11,12 @@ use crate::scene::Scene;
 /// Less overlap than this is contact [m].
 const DEPTH: f32 = 1.0e-3;
 
-/// Robots of more links may overlap everywhere, which takes time and memory with the square of their number.
+/// Robots of more links may overlap everywhere, which takes time and memory with the square of
+/// their number.
 const MOST_LINKS: usize = 1000;
 
-/// Keeps bodies from number `first` on from colliding where they overlap, with a note for each pair.
+/// Keeps bodies from number `first` on from colliding where they overlap, with a note for each
+/// pair.
 pub(super) fn exclude(
     links: &[Link<'_>],
     assembled: &mut Assembled,

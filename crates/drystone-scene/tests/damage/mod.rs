@@ -8,7 +8,7 @@ fn next(state: &mut u64) -> usize {
     usize::try_from(*state >> 33).unwrap()
 }
 
-/// Texts that are no XML with this outermost element, each with a part of what is said of it.
+/// Texts that are no XML with this outermost element, each with a part of its error.
 pub(crate) fn broken_xml(tag: &str) -> Vec<(String, &'static str)> {
     let bombs = "<!DOCTYPE x [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>";
     vec![
@@ -36,8 +36,8 @@ fn values(text: &str) -> Vec<(usize, usize)> {
     out
 }
 
-/// Reads damaged texts, and steps what can be read; nothing of that may panic, and what is refused is refused in
-/// one line.
+/// Reads damaged texts, and steps what can be read; nothing of that may panic, and what is refused
+/// is refused in one line.
 pub(crate) fn never_panics(
     texts: &[String],
     count: usize,

@@ -1,4 +1,4 @@
-//! What the scenes hold, and what their parameters refuse.
+//! Bodies of the scenes, and parameters that they refuse.
 
 use std::collections::BTreeSet;
 
@@ -220,7 +220,7 @@ fn rain_has_the_bodies_and_joints_of_its_benchmark_when_it_ends() {
     assert_eq!(steps, [0, 16, 64, 80, 128, 144, 192, 208, 256, 272, 320, 336, 384]);
     let (mut bodies, mut joints) = (scene.bodies.len(), 0);
     for wave in waves {
-        // What leaves is there, and joints hold what came before them.
+        // Bodies that leave are there, and joints hold bodies that came before them.
         assert!(wave.removed.end <= bodies);
         bodies += wave.bodies.len();
         joints += wave.joints.len();
@@ -255,9 +255,9 @@ fn a_person_of_the_rain_hangs_together() {
         last = running.world.joints().map(|j| j.error()).fold(0.0, f32::max);
         worst = worst.max(last);
     }
-    // They hit the ground at 19 m/s: no joint opens by what that is in a step. At rest one is soft with 72 Hz, the
-    // most that one sweep holds under any load. It sags by load over effective mass over (2πf)². A person of 100 kg on the
-    // end of a forearm of 1.6 kg makes that 12 mm.
+    // They hit the ground at 19 m/s: no joint opens by what that is in a step. At rest one is soft
+    // with 72 Hz, the most that one sweep holds under any load. It sags by load over effective mass
+    // over (2πf)². A person of 100 kg on the end of a forearm of 1.6 kg makes that 12 mm.
     assert!(worst < 19.0 / 60.0, "{worst} m");
     assert!(last < 12.0e-3, "{last} m at the end");
 }

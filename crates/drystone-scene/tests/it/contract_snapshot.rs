@@ -1,4 +1,5 @@
-//! Snapshots: what is restored goes on with the same bits for any number of threads, and is the same bytes again.
+//! Snapshots: what is restored goes on with the same bits for any number of threads, and is the
+//! same bytes again.
 
 use std::sync::Arc;
 

@@ -35,8 +35,8 @@ fn mattress_bends_carries_balls_and_comes_to_rest() {
     let audit = running.world.audit();
     let middle = position(&running, "block 5/3").y;
     println!("energy {first} most {most}, middle {middle}, {} J", audit.energy.kinetic());
-    // Springs give nothing that was not put in; velocities stand half a substep before positions, which is
-    // g h/2 times the momentum of all that falls: 84 kg at 6 m/s.
+    // Springs give back no more than they got. Velocities stand half a substep before positions,
+    // which is g h/2 times the momentum of all that falls: 84 kg at 6 m/s.
     assert!(most < first + 84.0 * 6.0 * 9.81 / 960.0, "{first} {most}");
     assert!(audit.energy.kinetic() < 0.05, "{}", audit.energy.kinetic());
     // It lay at 0.9 m and sags between its beams, but not to the ground.
@@ -55,11 +55,11 @@ fn gears_turn_by_their_radii_and_lift_the_rack() {
             worst = worst.max(joint.error().max(joint.angular_error()));
         }
     }
-    // The rim of the first wheel goes 2 rad/s of 0.2 m, and so do all and the rack; the motor's 200 N m have
-    // 4 N m of load, so it is at speed at once.
+    // The rim of the first wheel goes 2 rad/s of 0.2 m, and so do all others and the rack. The
+    // motor's 200 N m have 4 N m of load, so it is at speed at once.
     let rise = position(&running, "rack").y - 2.0;
     assert!((rise / 2.0 - 1.0).abs() < 0.02, "{rise} m");
-    // A motor holds a wheel far harder than its coupling knows; that must not make the rack tremble.
+    // A motor holds a wheel far harder than its coupling does; that must not make the rack tremble.
     let rack = running.names.iter().position(|n| n == "rack").unwrap();
     let (mut least, mut most) = (f32::MAX, f32::MIN);
     for _ in 0..120 {
@@ -69,8 +69,8 @@ fn gears_turn_by_their_radii_and_lift_the_rack() {
     }
     println!("rack {rise} m, {least} to {most} m/s, worst {worst} rad or m");
     assert!((least / 0.4 - 1.0).abs() < 0.02 && (most / 0.4 - 1.0).abs() < 0.02, "{least} {most}");
-    // The load's 196 N are up to 79 N m at a wheel of 0.4 m; couplings give way by load × inverse masses ÷ (2πf)²,
-    // here of at most 1/0.1 + (0.4/0.2)²/0.1 with f = 72 Hz.
+    // The load's 196 N are up to 79 N m at a wheel of 0.4 m. Couplings give way by load × inverse
+    // masses ÷ (2πf)², here of at most 1/0.1 + (0.4/0.2)²/0.1 with f = 72 Hz.
     let give = 79.0 * 50.0 / (452.0_f32 * 452.0);
     assert!(worst < give, "{worst} {give}");
 }
@@ -130,8 +130,9 @@ fn people_on_a_heap_stay_whole_and_lie_still_the_same_for_any_threads() {
 
 #[test]
 fn people_of_stone_land_as_stones_do() {
-    // Drives of 1e6 N m/rad between links of 0.001 kg m²: a thousand times what a substep can follow. The springs hold
-    // hundreds of kilojoules when people are made, of which nothing may become motion.
+    // Drives of 1e6 N m/rad between links of 0.001 kg m²: a thousand times what a substep can
+    // follow. The springs hold hundreds of kilojoules when people are made, of which nothing may
+    // become motion.
     let mut running = start("ragdolls:n=6,muscles=100000", 1);
     let fall = running.world.potential_energy();
     let (mut most, mut worst) = (0.0_f64, 0.0_f32);
@@ -142,7 +143,8 @@ fn people_of_stone_land_as_stones_do() {
     }
     let left = running.world.kinetic_energy();
     println!("fall {fall} J, at most {most} J, joints {worst} m, left {left} J");
-    // They have no more motion than their fall gives, and their joints open no farther than those of people on a heap.
+    // They have no more motion than their fall gives, and their joints open no farther than those
+    // of people on a heap.
     assert!(most < fall, "{most} of {fall}");
     assert!(worst < 0.05, "{worst} m");
     assert!(left < 2.0, "{left} J");

@@ -38,7 +38,8 @@ fn box_slips_exactly_when_slope_exceeds_friction() {
                 (found - expected).abs() < 1.0e-3 * expected + 1.0e-4,
                 "{mu} {k}: {found} {expected}"
             );
-            // Until the contact carries the weight friction is missing: one step of free fall at most.
+            // Until the contact carries the weight friction is missing: one step of free fall at
+            // most.
             assert!((early - expected).abs() < 10.0 / 60.0, "{mu} {k}: {early}");
         }
     }
@@ -67,8 +68,8 @@ fn chain_holds_its_heavy_end() {
     }
 }
 
-/// `pulled` balls come in; as many must leave, and the others stay. The speeds come out right where a
-/// ball needs longer than a step from one neighbor to the next.
+/// `pulled` balls come in; as many must leave, and the others stay. The speeds come out right where
+/// a ball needs longer than a step from one neighbor to the next.
 fn cradle_passes_on(pulled: usize, hz: f32) {
     let mut running = run(&format!("cradle:pulled={pulled}"), 0);
     let rest: Vec<f32> = running.world.joints().map(|j| j.anchor_a().x).collect();
@@ -85,8 +86,8 @@ fn cradle_passes_on(pulled: usize, hz: f32) {
     }
     println!("cradle of 5, {pulled} pulled, {hz} Hz: reach {reach:?} m");
     for (i, farthest) in reach.iter().enumerate() {
-        // Pulled back by 5 sin 30° = 2.5 m: what leaves comes out again to a fiftieth. What stays is
-        // moved by the gaps, 0.02 m each.
+        // Pulled back by 5 sin 30° = 2.5 m: a ball that leaves comes out again to a fiftieth. A
+        // ball that stays is moved by the gaps, 0.02 m each.
         let leaves = i >= 5 - pulled;
         let right = if leaves { *farthest > 2.45 } else { *farthest < 0.1 };
         assert!(right, "{pulled} pulled, {hz} Hz: {reach:?}");

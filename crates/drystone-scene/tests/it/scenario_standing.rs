@@ -1,4 +1,4 @@
-//! What stands keeps standing, what falls comes to rest.
+//! Structures that stand keep standing; bodies that fall come to rest.
 
 use drystone::{BodyKind, Vec3};
 use drystone_scene::{Running, named};
@@ -34,8 +34,8 @@ fn farthest(running: &Running, from: &[(usize, Vec3)]) -> (f32, f32, String) {
     worst
 }
 
-/// Runs for 20 s; no body may have moved up or down by more than `sag` [m] or aside by more than
-/// `drift` [m], and in the second half of that time hardly at all.
+/// Runs for 20 s. No body may have moved up or down by more than `sag` [m] or aside by more than
+/// `drift` [m], and hardly at all in the second half of that time.
 fn stands(spec: &str, sag: f32, drift: f32) {
     let scene = named(spec).unwrap();
     let mut running = scene.build().unwrap();
@@ -60,8 +60,8 @@ fn deepest(running: &Running) -> f32 {
     points.fold(0.0, f32::max)
 }
 
-/// What n levels may sink if every one of them may overlap the one below by the engine's allowance
-/// of 5 mm at the most loaded place, half of it on average.
+/// The most that n levels may sink if each may overlap the one below by the engine's allowance of 5
+/// mm at the most loaded place, half of it on average.
 fn allowed_sag(levels: u16) -> f32 {
     0.0025 * f32::from(levels)
 }
@@ -87,8 +87,9 @@ fn wall_stands() {
     stands("wall", allowed_sag(15), DRIFT);
 }
 
-/// What the cards of a house may move aside [m]. A foot stands 3 cm from the end of the flat card under
-/// it, and that card may move along by as much; a card that falls moves by its height, 36 cm.
+/// The most that the cards of a house may move aside [m]. A foot stands 3 cm from the end of the
+/// flat card under it, and that card may move along by as much. A card that falls moves by its
+/// height, 36 cm.
 const CARD_DRIFT: f32 = 0.06;
 
 // Each level leans on two thin edges a side: four contacts to sink in instead of one.
@@ -170,13 +171,13 @@ fn pile_of_500_comes_to_rest_and_sleeps_within_ten_seconds_of_the_last_impact() 
     for (i, at) in places(&running) {
         assert!(at.y > 0.0 && at.x.abs() < 4.0 && at.z.abs() < 4.0, "{}: {at:?}", running.names[i]);
     }
-    // A contact under N equal bodies gives by 2 g N / ω², 0.17 mm each at 54 Hz; some twelve layers, and
-    // five times as much where a body is wedged in: 10 mm.
+    // A contact under N equal bodies gives by 2 g N / ω², 0.17 mm each at 54 Hz. For some twelve
+    // layers, and five times as much where a body is wedged in, that is 10 mm.
     assert!(deepest(&running) < 0.010, "overlap {}", deepest(&running));
 }
 
-/// Kinetic energy and that in the gravity field [J], and how much of the latter the sweep may give in a
-/// step: it takes bodies back along their way, by no more than that and a body's size, 1 m.
+/// Kinetic energy and that in the gravity field [J], and how much of the latter the sweep may give
+/// in a step. It takes bodies back along their way, by no more than that and a body's size, 1 m.
 fn energy(running: &Running) -> (f64, f64) {
     let gravity = 9.81;
     let (mut sum, mut lifted) = (0.0, 0.0);
@@ -199,8 +200,9 @@ fn fast_bodies_stay_in_a_room_of_thin_walls_and_impacts_give_them_no_energy() {
             // The walls' inner sides are at 49.8 m, their middle at 50.
             assert!(at.abs().max_element() < 50.0, "{} at {at:?}, step {step}", running.names[i]);
         }
-        // Of 1e10 J; the lift is a thousandth of it at the start, and less as bodies become slower. Push-out
-        // lifts by less: its speed is far below that of a body that was deep. Rounding is a ten millionth.
+        // Against 1e10 J. The lift is a thousandth of it at the start, and less as bodies become
+        // slower. Push-out lifts by less: its speed is far below that of a body that was deep.
+        // Rounding is a ten millionth.
         let (now, next) = energy(&running);
         assert!(now < before * (1.0 + 1.0e-6) + lifted, "step {step}: {before} J to {now} J");
         (before, lifted) = (now, next);

@@ -51,7 +51,8 @@ fn a_cube_ten_times_as_heavy_that_falls_three_meters_leaves_the_stack_standing()
 
 #[test]
 fn a_leaning_stack_falls_exactly_if_its_weight_is_beyond_its_foot() {
-    // Ten cubes: the nine above the lowest have their common center over its edge at a lean of 0.1 m.
+    // Ten cubes: the nine above the lowest have their common center over its edge at a lean of 0.1
+    // m.
     assert!(Run::of("leaning_stack:lean=0.08", 20.0).way("cube 9").length() < 0.2);
     assert!(Run::of("leaning_stack:lean=0.12", 6.0).way("cube 9").y < -3.0);
     // Two: at half of a cube.
@@ -98,7 +99,8 @@ fn corners_of(scene: &Scene, stone: usize) -> Vec<[f64; 3]> {
 
 #[test]
 fn the_catenary_arch_has_the_stones_of_its_original() {
-    // Corners of some stones, as the arch of 25 stones of Rigid-IPC has them (stone-01, -02, -13, -25).
+    // Corners of some stones, as the arch of 25 stones of Rigid-IPC has them (stone-01, -02, -13,
+    // -25).
     let expected = [
         (0, [-26.315_009, 0.100_000, 5.0], [-34.837_115, 7.771_845, 5.0]),
         (0, [-25.097_166, 5.506_144, 5.0], [-36.565_382, 0.100_000, 5.0]),
@@ -124,8 +126,8 @@ fn the_catenary_arch_has_the_stones_of_its_original() {
 
 #[test]
 fn catenary_arches_stand() {
-    // The first arch's stones fall into their gaps. It rocks by 23 mm with a period of half a minute, and by 2 mm after two
-    // minutes. The closed arch's stones do not fall.
+    // The first arch's stones fall into their gaps. It rocks by 23 mm with a period of half a
+    // minute, and by 2 mm after two minutes. The closed arch's stones do not fall.
     let arches = [("catenary_arch", 24, 120.0), ("catenary_arch:stones=101,gap=0", 100, 20.0)];
     for (spec, last, seconds) in arches {
         let mut run = Run::of(spec, seconds);
@@ -144,8 +146,8 @@ fn catenary_arches_stand() {
 fn a_seesaw_is_level_if_its_cubes_weigh_the_same() {
     let level = Run::of("seesaw", 10.0);
     assert!(level.way("left cube").length() < 0.005 && level.way("right cube").length() < 0.005);
-    // The support is 0.2 m wide and the cubes are 2.4 m out: it holds ratios up to 2.5 / 2.3, with the
-    // plank's own 600 kg to help: 1 + 0.2/2.3 + 0.06/2.3.
+    // The support is 0.2 m wide and the cubes are 2.4 m out. It holds ratios up to 2.5 / 2.3, with
+    // the plank's own 600 kg to help: 1 + 0.2/2.3 + 0.06/2.3.
     assert!(Run::of("seesaw:mass_ratio=1.1", 10.0).way("right cube").length() < 0.02);
     assert!(Run::of("seesaw:mass_ratio=1.2", 10.0).way("right cube").y < -0.3);
     assert!(Run::of("seesaw:mass_ratio=0.8", 10.0).way("left cube").y < -0.3);
@@ -175,7 +177,8 @@ fn a_stack_rides_on_a_truck_as_if_it_stood_still() {
         let name = format!("cube {i}");
         let v = run.body(&name).linear_velocity();
         let way = run.way(&name);
-        // 600 steps at 200 m from the origin round by 8e-6 m each, in the worst case all the same way.
+        // 600 steps at 200 m from the origin round by 8e-6 m each, in the worst case all the same
+        // way.
         assert!((way.x - 200.0).abs() < 600.0 * 8.0e-6 && way.y.abs() < 0.02, "{name}: {way:?}");
         assert!((v - Vec3::X * 20.0).length() < 1.0e-3, "{name}: {v:?}");
     }
@@ -183,15 +186,15 @@ fn a_stack_rides_on_a_truck_as_if_it_stood_still() {
 
 #[test]
 fn of_two_slabs_the_pulled_one_moves_exactly_if_friction_lets_it() {
-    // Pulled for a second after half a second of rest. With the force f times its limit a slab, or both,
-    // go (f - 1) μ g t²/2 = (f - 1) 3 m.
+    // Pulled for a second after half a second of rest. With the force f times its limit a slab, or
+    // both, go (f - 1) μ g t²/2 = (f - 1) 3 m.
     //
-    // - Friction on the light slab is passed on to the ground sweep by sweep. The lower slab, with the
-    //   3.3 times its 100 kg that load-adaptive inertia gives it, takes a quarter of the upper one's slip
-    //   in a sweep: with v' = 3/4 (v + a h), a' = a - (v + a h)/(4 h) and a = f μ g at first, v is at most
-    //   9/8 f μ g h = 14 mm/s, which what then slides keeps for a second.
-    // - And what slides with the lower slab has up to 1417 kg instead of 1100 (its factor may stay a fourth
-    //   above 3.3): it is slower by so much.
+    // - Friction on the light slab is passed on to the ground sweep by sweep. Load-adaptive inertia
+    //   gives the lower slab 3.3 times its 100 kg. So it takes a quarter of the upper one's slip in a
+    //   sweep: v' = 3/4 (v + a h), a' = a - (v + a h)/(4 h), and a = f μ g at first. Then v is at most
+    //   9/8 f μ g h = 14 mm/s, which a sliding slab keeps for a second.
+    // - With the lower slab up to 1417 kg slide instead of 1100 (its factor may stay a fourth above
+    //   3.3), which makes both slower by that ratio.
     let h = 1.0 / 480.0;
     for (lower, slab, mass) in [(0, "upper slab", 1.0), (1, "lower slab", 1100.0 / 1417.0)] {
         for (factor, way) in [(0.9, 0.0), (0.98, 0.0), (1.02, 0.06), (1.1, 0.3)] {
@@ -216,8 +219,8 @@ fn of_two_slabs_the_pulled_one_moves_exactly_if_friction_lets_it() {
 #[test]
 fn parcels_slide_until_they_go_along_with_the_belt() {
     let run = Run::of("conveyor", 5.0);
-    // Speed v after v/(μ g) = 0.25 s; until then the belt gains v²/(2 μ g) = 0.1875 m on a parcel. A
-    // step of 1/60 s at 1.5 m/s is 25 mm.
+    // Speed v after v/(μ g) = 0.25 s; until then the belt gains v²/(2 μ g) = 0.1875 m on a parcel.
+    // A step of 1/60 s at 1.5 m/s is 25 mm.
     for i in 0..12 {
         let name = format!("parcel {i}");
         let behind = 7.5 - run.way(&name).x;
@@ -235,7 +238,7 @@ fn a_break_scatters_the_rack_and_gains_no_energy() {
     assert!(audit.energy.kinetic() < start, "{:?}", audit.energy);
     let moved = |i: usize| run.way(&run.scene.bodies[i].name).length() > 0.03;
     assert!((2..17).filter(|i| moved(*i)).count() >= 10, "the rack is broken");
-    // What is thrown stays on the table.
+    // Bodies that are thrown stay on the table.
     run.go_on(7.5);
     for body in &run.scene.bodies[1..] {
         let at = run.body(&body.name).position();
@@ -257,8 +260,8 @@ fn a_top_stays_up_while_it_spins_and_goes_round_at_its_rate() {
     // It lies on the rim of its disc at 0.69 rad.
     assert!(up < 0.5 && down > 0.6, "{up} {down}");
 
-    // A fast top without friction goes round at m g l / (I3 ω), l from the middle of its tip to its center
-    // of mass; nutation changes that by 4 m g l I1 / (I3 ω)² = 4 % at 100 rad/s.
+    // A fast top without friction goes round at m g l / (I3 ω), with l from the middle of its tip
+    // to its center of mass. Nutation changes that by 4 m g l I1 / (I3 ω)² = 4 % at 100 rad/s.
     let mut run = Run::of("tops:n=1,spin=100,friction=0", 0.0);
     run.scene.hz = 960.0;
     let (_, from) = axis(&run, "top 0");
@@ -275,7 +278,8 @@ fn a_top_stays_up_while_it_spins_and_goes_round_at_its_rate() {
 #[test]
 fn a_stack_of_small_cubes_stands() {
     let run = Run::of("stack:edge=0.1", 20.0);
-    // The give of a contact under a load depends on acceleration alone, not on size: as in `stack:n=10`.
+    // The give of a contact under a load depends on acceleration alone, not on size: as in
+    // `stack:n=10`.
     let down = run.way("cube 9");
     assert!(down.length() < 0.025, "{down:?}");
 }

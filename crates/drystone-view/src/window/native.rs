@@ -1,18 +1,18 @@
 //! The window on a desktop: physics has a thread of its own.
 
-use std::future::Future;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::thread;
 
 use winit::event_loop::EventLoop;
-use winit::window::{Window, WindowAttributes};
 
-use super::stage::Stage;
-use super::{App, News};
+use super::app::App;
+use super::news::News;
+use super::shell::Shell;
+use crate::error::ViewError;
+use crate::options::Options;
 use crate::sim::{Command, Simulation, Slot};
-use crate::{Options, ViewError};
 
 /// Opens a window on a scene and returns when it is closed. Must be called on the main thread.
 ///
@@ -38,7 +38,7 @@ pub fn show(options: Options) -> Result<(), ViewError> {
     let mut app = App { name, overlays, panel, sender, slot, shell, stage, failure };
     let result = events.run_app(&mut app);
     let _ = app.sender.send(Command::Quit);
-    // A panic there was already told by its own message.
+    // A panic there has printed its own message already.
     let _ = physics.join();
     result.map_err(|e| ViewError::NoDisplay { reason: e.to_string() })?;
     app.failure.map_or(Ok(()), Err)
@@ -46,7 +46,8 @@ pub fn show(options: Options) -> Result<(), ViewError> {
 
 /// Connects to the display.
 fn open_display() -> Result<EventLoop<News>, ViewError> {
-    // Where a library of the window system is missing, the window crate panics: that is no display too.
+    // Where a library of the window system is missing, the window crate panics: that is no display
+    // too.
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
     let opened = panic::catch_unwind(AssertUnwindSafe(|| EventLoop::with_user_event().build()));
@@ -60,37 +61,4 @@ fn open_display() -> Result<EventLoop<News>, ViewError> {
             Err(none(said.unwrap_or("the window system's libraries are missing").to_owned()))
         }
     }
-}
-
-/// What a desktop needs beside the window: nothing.
-pub(super) struct Shell;
-
-#[expect(clippy::unused_self, reason = "a page in a browser has these too, and more to do in them")]
-impl Shell {
-    /// Physics has its own thread.
-    pub(super) const PUMPS: bool = false;
-
-    pub(super) fn attributes(&self, name: &str) -> WindowAttributes {
-        let size = winit::dpi::LogicalSize::new(1280.0, 800.0);
-        Window::default_attributes().with_title(name).with_inner_size(size)
-    }
-
-    /// Waits for the device.
-    pub(super) fn wait_for<F>(&self, stage: F) -> Option<Result<Stage, ViewError>>
-    where
-        F: Future<Output = Result<Stage, ViewError>>,
-    {
-        Some(pollster::block_on(stage))
-    }
-
-    /// Nothing was left to arrive.
-    pub(super) const fn arrived(&self) -> Option<Result<Stage, ViewError>> {
-        None
-    }
-
-    pub(super) const fn pump(&self, _: &Slot) -> bool {
-        false
-    }
-
-    pub(super) const fn failed(&self, _: &ViewError) {}
 }

@@ -2,27 +2,24 @@
 
 use std::cell::RefCell;
 use std::fmt;
-use std::future::Future;
 use std::rc::Rc;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
+use std::sync::mpsc::{Sender, channel};
 
 use web_sys::HtmlCanvasElement;
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
-use winit::platform::web::{EventLoopExtWebSys, WindowAttributesExtWebSys};
-use winit::window::{Window, WindowAttributes, WindowId};
+use winit::platform::web::EventLoopExtWebSys;
+use winit::window::WindowId;
 
-use super::stage::Stage;
-use super::{App, News};
+use super::app::App;
+use super::news::News;
+use super::shell::Shell;
+use crate::error::ViewError;
+use crate::options::Options;
 use crate::pace::Pace;
 use crate::places::Place;
 use crate::sim::{Command, Shown, Simulation, Slot};
-use crate::{Options, ViewError};
-
-/// Time for physics between two pictures; the rest of a sixtieth of a second is for drawing.
-const BUDGET: Duration = Duration::from_millis(9);
 
 /// A window in a page.
 #[derive(Clone)]
@@ -38,7 +35,8 @@ impl fmt::Debug for Page {
     }
 }
 
-/// Opens a scene on a canvas and returns at once; `failed` is told if it cannot be drawn on.
+/// Opens a scene on a canvas and returns at once; `failed` gets the reason if it cannot be drawn
+/// on.
 ///
 /// # Errors
 /// The browser gives no events.
@@ -88,7 +86,7 @@ impl Page {
         let _ = self.proxy.send_event(News);
     }
 
-    /// Looks at what is shown; nothing before the first picture.
+    /// Gives `look` what is shown; nothing before the first picture.
     pub fn look<T>(&self, look: impl FnOnce(&Shown, &[Place]) -> T) -> Option<T> {
         let app = self.app.try_borrow().ok()?;
         let stage = app.stage.as_ref()?;
@@ -114,53 +112,5 @@ impl ApplicationHandler<News> for Shared {
 
     fn window_event(&mut self, events: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         self.0.borrow_mut().window_event(events, id, event);
-    }
-}
-
-/// What a page needs beside the window.
-pub(super) struct Shell {
-    simulation: Simulation,
-    commands: Receiver<Command>,
-    pace: Pace,
-    proxy: EventLoopProxy<News>,
-    canvas: Option<HtmlCanvasElement>,
-    arrived: Rc<RefCell<Option<Result<Stage, ViewError>>>>,
-    failed: Box<dyn Fn(&str)>,
-}
-
-impl Shell {
-    /// There is one thread.
-    pub(super) const PUMPS: bool = true;
-
-    pub(super) fn attributes(&mut self, _: &str) -> WindowAttributes {
-        Window::default_attributes().with_canvas(self.canvas.take()).with_prevent_default(true)
-    }
-
-    /// Goes on when the device is there.
-    pub(super) fn wait_for<F>(&self, stage: F) -> Option<Result<Stage, ViewError>>
-    where
-        F: Future<Output = Result<Stage, ViewError>> + 'static,
-    {
-        let (arrived, proxy) = (Rc::clone(&self.arrived), self.proxy.clone());
-        wasm_bindgen_futures::spawn_local(async move {
-            let opened = stage.await;
-            *arrived.borrow_mut() = Some(opened);
-            let _ = proxy.send_event(News);
-        });
-        None
-    }
-
-    pub(super) fn arrived(&self) -> Option<Result<Stage, ViewError>> {
-        self.arrived.borrow_mut().take()
-    }
-
-    /// Returns whether there is a next picture to come by itself.
-    pub(super) fn pump(&mut self, slot: &Slot) -> bool {
-        self.simulation.pump(&self.commands, slot, &mut self.pace, BUDGET);
-        self.simulation.is_playing()
-    }
-
-    pub(super) fn failed(&self, why: &ViewError) {
-        (self.failed)(&why.to_string());
     }
 }

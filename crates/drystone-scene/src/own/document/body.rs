@@ -16,7 +16,7 @@ use crate::own::value::{Bound, Mass, Or, Triple, Turn};
 pub(crate) struct Body {
     /// Its name, unique in the scene; `#n` for the n-th body, counted from 0, if left out.
     pub(crate) name: Option<String>,
-    /// What moves it; default `dynamic`.
+    /// How it moves; default `dynamic`.
     pub(crate) kind: Option<Kind>,
     /// Where its origin is [m, world].
     pub(crate) position: Option<Triple>,
@@ -56,7 +56,7 @@ pub(crate) struct Body {
     pub(crate) user_data: Option<u64>,
 }
 
-/// What moves a body.
+/// How a body moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Kind {
@@ -68,7 +68,8 @@ pub(crate) enum Kind {
     Dynamic,
 }
 
-/// A shape of a body: one of `shape`, `sphere`, `capsule`, `box`, `cylinder`, `cone`, `half_space`, `hull`, `mesh`, `hulls`.
+/// A shape of a body: one of `shape`, `sphere`, `capsule`, `box`, `cylinder`, `cone`, `half_space`,
+/// `hull`, `mesh`, `hulls`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Shape {
@@ -101,11 +102,11 @@ pub(crate) struct Shape {
     pub(crate) density: Option<f32>,
     /// Its surface: the name of one of the file's materials, or a material.
     pub(crate) material: Option<Or<Material>>,
-    /// Who it collides with.
+    /// The shapes it collides with.
     pub(crate) filter: Option<Filter>,
     /// It reports what overlaps it and touches nothing; default false.
     pub(crate) sensor: Option<bool>,
-    /// What it sees besides, as a sensor.
+    /// Things it senses besides, as a sensor.
     pub(crate) senses: Option<Senses>,
     /// How its surface moves over it, as a conveyor belt does [m/s, frame of the shape].
     pub(crate) surface_velocity: Option<Triple>,
@@ -113,7 +114,7 @@ pub(crate) struct Shape {
     pub(crate) surface_spin: Option<Triple>,
     /// It holds only what comes from the front, in this direction [frame of the shape, any length].
     pub(crate) one_way: Option<Triple>,
-    /// Contact hooks of a program are asked for its contacts; default false.
+    /// Contact hooks of a program run for its contacts; default false.
     pub(crate) hooks: Option<bool>,
     /// Which events its contacts give.
     pub(crate) reports: Option<Reports>,
@@ -123,7 +124,7 @@ pub(crate) struct Shape {
     pub(crate) user_data: Option<u64>,
 }
 
-/// A shape by name, without what a body says of it.
+/// A shape by name, without the settings of the body.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Geometry {
@@ -211,7 +212,8 @@ pub(crate) struct HalfSpace {
 pub(crate) struct Hull {
     /// The points [m, frame of the shape]; at least 4.
     pub(crate) points: Option<Vec<Triple>>,
-    /// Faces, counter-clockwise from outside, as numbers of points: for a hull that is to be exactly so. It needs planes too.
+    /// Faces, counter-clockwise from outside, as numbers of points: for a hull that is to be
+    /// exactly so. It needs planes too.
     pub(crate) faces: Option<Vec<Vec<u16>>>,
     /// The plane of each face, `[x, y, z, offset]`.
     pub(crate) planes: Option<Vec<[f32; 4]>>,
@@ -265,7 +267,8 @@ pub(crate) struct Material {
     pub(crate) restitution_combine: Option<Combine>,
 }
 
-/// How the coefficients of two surfaces become one. Of two rules the later one here counts.
+/// How the coefficients of two surfaces become one. If two surfaces have different rules, the later
+/// one here counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Combine {
@@ -281,7 +284,7 @@ pub(crate) enum Combine {
     Average,
 }
 
-/// Who collides with whom: two shapes do if each lets the other through its filter.
+/// Filter of collisions: two shapes collide if each lets the other through its filter.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Filter {
@@ -349,7 +352,7 @@ impl JsonSchema for Layer {
     }
 }
 
-/// What a sensor sees besides the shapes of bodies that can move.
+/// Things that a sensor senses besides the shapes of bodies that can move.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Senses {
@@ -373,13 +376,15 @@ pub(crate) struct Reports {
     pub(crate) forces: Option<bool>,
 }
 
-/// Bonds between the shapes of a body: either each of them, or one on every face that two shapes share.
+/// Bonds between the shapes of a body: either each of them, or one on every face that two shapes
+/// share.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Glue {
-    /// The bonds; they hold all shapes but sensors together. If left out, they are on every face that two shapes share.
+    /// The bonds; they hold all shapes but sensors together. If left out, they are on every face
+    /// that two shapes share.
     pub(crate) bonds: Option<Vec<Bond>>,
-    /// What each bond bears that does not say it.
+    /// Strength of each bond that has none of its own.
     pub(crate) strength: Option<Strength>,
     /// Faces that are no farther apart than this are shared [m]; above 0; default 0.001.
     pub(crate) gap: Option<f32>,
@@ -397,7 +402,7 @@ pub(crate) struct Bond {
     pub(crate) normal: Triple,
     /// Area of the face [m²]; above 0.
     pub(crate) area: f32,
-    /// What it bears; that of the glue if left out.
+    /// Its strength; that of the glue if left out.
     pub(crate) strength: Option<Strength>,
 }
 

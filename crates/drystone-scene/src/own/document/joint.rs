@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::own::value::{Bound, Ref, Triple, Turn};
 
-/// A joint of two bodies: where it is, and one of `ball`, `cone_twist`, `hinge`, `slider`, `cylindrical`, `universal`, `planar`,
-/// `fixed`, `wheel`, `servo`, `distance`, `rope`, `spring`, `pulley`, `six_dof`.
+/// A joint of two bodies: where it is, and one of `ball`, `cone_twist`, `hinge`, `slider`,
+/// `cylindrical`, `universal`, `planar`, `fixed`, `wheel`, `servo`, `distance`, `rope`, `spring`,
+/// `pulley`, `six_dof`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Joint {
@@ -66,7 +67,7 @@ pub(crate) struct Joint {
     pub(crate) six_dof: Option<SixAxes>,
     /// Whether its bodies collide; default false, of pulleys true.
     pub(crate) collide_connected: Option<bool>,
-    /// What it bears; anything if left out.
+    /// The load it can bear; any load if left out.
     pub(crate) strength: Option<JointStrength>,
     /// The whole tree of its joints is solved at once; default false.
     pub(crate) articulated: Option<bool>,
@@ -90,7 +91,7 @@ pub(crate) struct Ball {
 pub(crate) struct ConeTwist {
     /// Greatest swing about y and about z [rad]; above 0.
     pub(crate) swing: [f32; 2],
-    /// What pushes back beyond the cone; hard if left out.
+    /// The spring that pushes back beyond the cone; hard if left out.
     pub(crate) spring: Option<Spring>,
     /// Greatest torque of dry friction against swings [N m]; at least 0; default 0.
     pub(crate) friction: Option<f32>,
@@ -106,7 +107,7 @@ pub(crate) struct Axis {
     pub(crate) locked: Option<bool>,
     /// Least and greatest coordinate [m; rad]; either may be infinite.
     pub(crate) limits: Option<[Bound; 2]>,
-    /// What pushes back beyond the limits; hard if left out.
+    /// The spring that pushes back beyond the limits; hard if left out.
     pub(crate) limit_spring: Option<Spring>,
     /// Drives it at a speed.
     pub(crate) motor: Option<Motor>,
@@ -298,11 +299,11 @@ pub(crate) struct SixAxes {
 pub(crate) struct Cone6 {
     /// Greatest swing about y and about z [rad]; above 0.
     pub(crate) swing: [f32; 2],
-    /// What pushes back beyond it; hard if left out.
+    /// The spring that pushes back beyond it; hard if left out.
     pub(crate) spring: Option<Spring>,
 }
 
-/// What a joint bears.
+/// The load that a joint can bear.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct JointStrength {

@@ -1,5 +1,5 @@
-//! The file as serde reads it. What a field leaves out is what the engine has by default; doc comments are the
-//! descriptions of the JSON schema.
+//! The file as serde reads it. A field that is left out has the engine's default. The doc comments
+//! are the descriptions of the JSON schema.
 
 mod body;
 mod joint;
@@ -28,7 +28,8 @@ use serde::{Deserialize, Serialize};
 
 use super::value::{Ref, Table, Triple, Turn};
 
-/// A scene of drystone. Units are SI: meters, kilograms, seconds, radians. Round shapes have their axis along y.
+/// A scene of drystone. Units are SI: meters, kilograms, seconds, radians. Round shapes have their
+/// axis along y.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Scene of drystone")]
@@ -41,7 +42,7 @@ pub(crate) struct Document {
     pub(crate) schema: Option<String>,
     /// Name of the scene; that of the file if left out.
     pub(crate) name: Option<String>,
-    /// What it shows, in a line.
+    /// A summary of the scene, in a line.
     pub(crate) summary: Option<String>,
     /// Steps a second that it is made for; 0.001 to 1e6; default 60.
     pub(crate) hz: Option<f32>,
@@ -79,13 +80,15 @@ pub(crate) struct Document {
     /// Pairs of bodies that never collide.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) never_collide: Vec<[Ref; 2]>,
-    /// Surfaces of pairs of layers, in place of what their materials make together. The first rule that fits counts.
+    /// Surfaces of pairs of layers, in place of what their materials make together. The first rule
+    /// that fits counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) surface_rules: Vec<SurfaceRule>,
-    /// Surfaces of two bodies, in place of what their materials make together; they count before `surface_rules`.
+    /// Surfaces of two bodies, in place of what their materials make together; they count before
+    /// `surface_rules`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) surfaces_between: Vec<SurfaceBetween>,
-    /// What happens to the bodies while the scene runs, besides physics.
+    /// Actions on the bodies while the scene runs, besides physics.
     pub(crate) script: Option<Script>,
     /// A glTF file beside this one: bodies look as its node does whose number is their `user_data`.
     pub(crate) visuals: Option<String>,
@@ -97,7 +100,7 @@ pub(crate) struct Document {
 pub(crate) struct Part {
     /// The file, beside this one or in a folder below.
     pub(crate) file: String,
-    /// What its bodies, joints and frames are named after: `left` makes `left/hand` of `hand`.
+    /// Prefix of the names of its bodies, joints and frames: `left` makes `left/hand` of `hand`.
     pub(crate) name: String,
     /// Where its origin is [m, world].
     pub(crate) position: Option<Triple>,
@@ -109,7 +112,7 @@ pub(crate) struct Part {
     pub(crate) auto_colliders: Option<AutoColliders>,
 }
 
-/// What the first link of a robot hangs on.
+/// The base of a robot's first link.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Base {
@@ -121,7 +124,7 @@ pub(crate) enum Base {
     Floating,
 }
 
-/// What a mesh without physics collides as.
+/// The collision shape of a mesh without physics.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum AutoColliders {
@@ -149,7 +152,7 @@ pub(crate) struct Frame {
     pub(crate) center: Option<Triple>,
 }
 
-/// What surfaces of shapes in some layers do to each other.
+/// Rules for surfaces of shapes in some layers.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SurfaceRule {
@@ -159,7 +162,8 @@ pub(crate) struct SurfaceRule {
     pub(crate) second: Vec<Layer>,
     /// Coulomb friction coefficient, at least 0; that of the materials if left out.
     pub(crate) friction: Option<f32>,
-    /// Friction coefficient of what slides; the same part of the friction as the materials say if left out.
+    /// Friction coefficient of what slides; the same part of the friction as the materials say if
+    /// left out.
     pub(crate) kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; that of the materials if left out.
     pub(crate) restitution: Option<f32>,
@@ -167,7 +171,7 @@ pub(crate) struct SurfaceRule {
     pub(crate) softness: Option<Softness>,
 }
 
-/// What the surfaces of two bodies do to each other.
+/// Rules for the surfaces of two bodies.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SurfaceBetween {
@@ -175,7 +179,8 @@ pub(crate) struct SurfaceBetween {
     pub(crate) bodies: [Ref; 2],
     /// Coulomb friction coefficient, at least 0; that of the materials if left out.
     pub(crate) friction: Option<f32>,
-    /// Friction coefficient of what slides; the same part of the friction as the materials say if left out.
+    /// Friction coefficient of what slides; the same part of the friction as the materials say if
+    /// left out.
     pub(crate) kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; that of the materials if left out.
     pub(crate) restitution: Option<f32>,

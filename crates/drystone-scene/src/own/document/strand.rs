@@ -44,7 +44,7 @@ pub(crate) struct Rope {
     pub(crate) length: Option<f32>,
     /// Mass of all of it [kg]; default 1.
     pub(crate) mass: Option<f32>,
-    /// What its links do; default `at_most`.
+    /// Kind of its links; default `at_most`.
     pub(crate) kind: Option<LinkKind>,
     /// Its first and its last particle are pinned; default neither.
     pub(crate) pinned: Option<[bool; 2]>,
@@ -76,7 +76,8 @@ pub(crate) struct Cloth {
     pub(crate) bend: Option<LinkKind>,
     /// All else of its particles; default radius 0.02 m, damping 0.1/s.
     pub(crate) particle: Option<Particle>,
-    /// A link of its threads tears when it is stretched by more than this part of its length; never if left out.
+    /// A link of its threads tears when it is stretched by more than this part of its length; never
+    /// if left out.
     pub(crate) tear_strain: Option<f32>,
     /// A link of its threads tears when it pulls harder than this [N]; never if left out.
     pub(crate) tear_force: Option<f32>,
@@ -88,11 +89,11 @@ pub(crate) struct Cloth {
 pub(crate) struct Cloud {
     /// The points [m, world].
     pub(crate) points: Vec<Triple>,
-    /// What the particles are like.
+    /// Properties of the particles.
     pub(crate) particle: Option<Particle>,
 }
 
-/// What a link does.
+/// The kind of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum LinkKind {
@@ -120,13 +121,13 @@ pub(crate) struct LinkSpring {
     pub(crate) damping_ratio: Option<f32>,
 }
 
-/// What a particle is like.
+/// Properties of a particle.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Particle {
     /// Its velocity [m/s, world]; default 0.
     pub(crate) velocity: Option<Triple>,
-    /// Its mass [kg]; above 0; default 0.01. Of ropes and cloths their own mass counts.
+    /// Its mass [kg]; above 0; default 0.01. Ropes and cloths have a mass of their own instead.
     pub(crate) mass: Option<f32>,
     /// How far its center keeps from shapes [m]; 1e-4 to 1e3; default 0.01.
     pub(crate) radius: Option<f32>,
@@ -150,7 +151,7 @@ pub(crate) struct Link {
     pub(crate) a: usize,
     /// Number of the second particle.
     pub(crate) b: usize,
-    /// What it does.
+    /// Its kind.
     pub(crate) kind: LinkKind,
     /// Its length [m]; the distance of its particles if left out.
     pub(crate) length: Option<f32>,
@@ -172,7 +173,7 @@ pub(crate) struct Hold {
     pub(crate) point: Triple,
 }
 
-/// What happens besides physics.
+/// Actions besides physics.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Script {
@@ -216,7 +217,7 @@ pub(crate) struct Drop {
 pub(crate) struct Loads {
     /// The first step with them, counted from 0; default 0.
     pub(crate) from: Option<u64>,
-    /// What acts.
+    /// The loads.
     pub(crate) loads: Vec<Load>,
 }
 

@@ -11,7 +11,8 @@ use crate::own::value::{Or, Triple};
 pub(crate) struct World {
     /// Acceleration of free bodies [m/s², world]; default `[0, -9.81, 0]`.
     pub(crate) gravity: Option<Triple>,
-    /// Length of a typical body in the unit of lengths of this scene, 1e-4 to 1e4; default 1: meters. Tolerances follow it.
+    /// Length of a typical body in the unit of lengths of this scene, 1e-4 to 1e4; default 1:
+    /// meters. Tolerances follow it.
     pub(crate) length_scale: Option<f32>,
     /// How a step is made: a name, or a name with options; default `soft-step`.
     pub(crate) method: Option<Or<Method>>,
@@ -41,7 +42,7 @@ pub(crate) struct Method {
     pub(crate) name: String,
     /// Order of rows: `own`, `colors`, `levels`, `top-down`, `random`.
     pub(crate) order: Option<String>,
-    /// What keeps weight from pressing down what lies below: `own`, `off`, `inertia`, `full`.
+    /// How weight is kept from pressing down the bodies below: `own`, `off`, `inertia`, `full`.
     pub(crate) shock: Option<String>,
     /// Whether impulses go on from step to step: `own`, `on`, `off`.
     pub(crate) persistence: Option<String>,
@@ -89,7 +90,8 @@ pub(crate) struct Contact {
     pub(crate) rest_offset: Option<f32>,
     /// Contact points are made from this distance on [m]; above 0; default 0.02.
     pub(crate) margin: Option<f32>,
-    /// Points of a contact stay while its bodies move less than this against each other [m]; at least 0; default 0.05.
+    /// Points of a contact stay while its bodies move less than this against each other [m]; at
+    /// least 0; default 0.05.
     pub(crate) recycle_distance: Option<f32>,
     /// Contacts that meet slower than this do not bounce [m/s]; at least 0; default 0.
     pub(crate) restitution_speed: Option<f32>,
@@ -117,7 +119,8 @@ pub(crate) struct Joints {
     pub(crate) hertz: Option<f32>,
     /// Damping ratio; at least 0; default 2.
     pub(crate) damping_ratio: Option<f32>,
-    /// Trees are solved at once where a body carries at least this many times its own mass; at least 0; default 20.
+    /// Trees are solved at once where a body carries at least this many times its own mass; at
+    /// least 0; default 20.
     pub(crate) tree_ratio: Option<f32>,
     /// Times the substeps where joints go round fast or are hit, 1 to 8; default 4.
     pub(crate) refine: Option<u32>,

@@ -4,7 +4,7 @@ use drystone::breakage::{Bond, BondStrength, Fracture, Glue};
 use drystone::math::Sym3;
 use drystone::{AxisLocks, BodyDef, BodyKind, MassDef, ShapeDef, Vec3};
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document::{self, AxisName, Kind};
 use crate::own::place::Place;
@@ -56,7 +56,7 @@ impl Reader<'_> {
         Ok(SceneBody { name, def })
     }
 
-    /// What the engine says of a body, at the field where the file has it.
+    /// The engine's error about a body, at the field where the file has it.
     fn refused_body(
         &self,
         place: &Place,

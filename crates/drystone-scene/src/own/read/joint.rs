@@ -8,7 +8,7 @@ use drystone::joint::{
 use drystone::math::Mat3;
 use drystone::{Axis, BodyId, JointDef, JointKind, Pose, Quat, Vec3};
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document::{self, AxisName};
 use crate::own::place::Place;
@@ -29,7 +29,7 @@ pub(super) const fn axis_of(name: AxisName) -> Axis {
     }
 }
 
-/// The members of a joint that say what it is.
+/// The members of a joint that give its kind.
 fn keys(joint: &document::Joint) -> impl Iterator<Item = &'static str> {
     let all = [
         (joint.ball.is_some(), "ball"),
@@ -62,7 +62,7 @@ impl Reader<'_> {
         let said: Vec<&str> = keys(joint).collect();
         let [key] = said[..] else {
             let problem = match said.len() {
-                0 => "it does not say what it is".to_owned(),
+                0 => "it has no kind".to_owned(),
                 _ => format!("it is {}", said.join(" and ")),
             };
             return Err(self.fail(place, problem, KINDS));
@@ -107,7 +107,7 @@ impl Reader<'_> {
                 return self.refused(place, &e);
             }
             let (value, allowed) = (format!("{field} is {}", e.value()), e.allowed());
-            // The engine names axes of its six, not of what the file calls the joint.
+            // The engine names axes of its six, not those of the joint's kind in the file.
             let inner = kind.field(field.trim_start_matches("pulley."));
             let is_there = inner.find(self.text) != kind.find(self.text);
             if is_there {
@@ -155,7 +155,7 @@ impl Reader<'_> {
         let turned = match turned {
             Some(_) if is_own => {
                 let allowed = "axes of the world, or frames on the bodies";
-                return Err(self.fail(place, "its axes are told in two ways", allowed));
+                return Err(self.fail(place, "its axes are given in two ways", allowed));
             }
             // Placed in the world, it holds the bodies as they lie.
             None if world.is_some() && !is_own => Some(Quat::IDENTITY),
@@ -176,7 +176,7 @@ impl Reader<'_> {
         Ok((anchors, frames))
     }
 
-    /// Its axes in the world, if they are told there.
+    /// Its axes in the world, if they are given there.
     fn world_axes(
         &self,
         place: &Place,
@@ -185,7 +185,7 @@ impl Reader<'_> {
         let told = [joint.axis.is_some(), joint.axes.is_some(), joint.rotation.is_some()];
         if told.iter().filter(|is_told| **is_told).count() > 1 {
             let allowed = "one of axis, axes, rotation";
-            return Err(self.fail(place, "its axes are told in two ways", allowed));
+            return Err(self.fail(place, "its axes are given in two ways", allowed));
         }
         if let Some(axis) = joint.axis {
             let x = self.direction(&place.key("axis"), axis)?;
@@ -297,7 +297,7 @@ impl Reader<'_> {
             }));
         }
         let Some(six) = &joint.six_dof else {
-            return Err(self.fail(place, "it does not say what it is", KINDS));
+            return Err(self.fail(place, "it has no kind", KINDS));
         };
         let axis = |key: &str, axis: &Option<document::Axis>| {
             let at = place.key(key);

@@ -1,21 +1,23 @@
-//! Files that a file names: scenes that become parts of it, and meshes.
+//! Files that a file names as parts: scenes of any format, each at its place in the scene.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use drystone::{AxisLocks, BodyDef, JointKind, Pose, Quat, Shape, Vec3, WorldConfig};
+use drystone::{Pose, WorldConfig};
 
-use super::{Options, Reader, scene_of};
+use super::loading::Loading;
+use super::reader::Reader;
+use super::turn::{rename, turn};
+use super::visuals::merge;
+use super::whole::scene_of;
 use crate::error::SceneError;
-use crate::file::{self, Kind};
-use crate::gltf::mesh::Triangles;
 use crate::own::document::{self, AutoColliders, Base};
+use crate::own::kind::{JsonKind, kind_of_text};
 use crate::own::place::Place;
-use crate::own::{JsonKind, kind_of_text, text_of};
-use crate::scene::{Scene, SceneJoint, SceneStrand, Script, StrandDef};
+use crate::read::{UTF8, ending, stem, text};
+use crate::scene::{Scene, Script};
 use crate::visual::Visuals;
-use crate::{gltf, mjcf, obj, rigid_ipc, stl, urdf};
+use crate::{gltf, mjcf, obj, rigid_ipc, urdf};
 
 /// Files within files, and files in all.
 const MOST_DEEP: usize = 16;
@@ -24,57 +26,12 @@ const MOST_FILES: usize = 1000;
 /// Bodies and joints of all parts together.
 const MOST_THINGS: usize = 4_000_000;
 
-/// More of mesh files is not read for one scene, however often it names them [bytes].
-const MOST_BYTES: u64 = 2_000_000_000;
-
-/// Corners and triangles of the meshes of all shapes together.
-const MOST_CORNERS: usize = 100_000_000;
-
-/// What is read for one scene.
-pub(super) struct Loading {
-    pub(super) options: Options,
-    /// The files that are being read, each named by the one before it.
-    stack: Vec<PathBuf>,
-    files: usize,
-    things: usize,
-    bytes: u64,
-    meshes: BTreeMap<PathBuf, Triangles>,
-    /// By file, what it becomes, and bits of the scale.
-    shapes: BTreeMap<(PathBuf, As, [u32; 3]), Vec<Shape>>,
-    /// Corners of meshes that were looked at so far.
-    corners: usize,
-    /// Particles of ropes and cloths so far.
-    pub(super) particles: usize,
-}
-
-/// What a mesh file becomes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum As {
-    Hull,
-    Mesh,
-    Hulls,
-}
-
 impl Loading {
-    pub(super) const fn new(options: Options) -> Self {
-        Self {
-            options,
-            stack: Vec::new(),
-            files: 0,
-            things: 0,
-            bytes: 0,
-            meshes: BTreeMap::new(),
-            shapes: BTreeMap::new(),
-            corners: 0,
-            particles: 0,
-        }
-    }
-
     /// Reads a file of this format.
     pub(super) fn load(&mut self, path: &Path) -> Result<Scene, SceneError> {
-        let text = text_of(path)?;
+        let text = text(path, UTF8)?;
         self.stack.push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
-        let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+        let name = stem(path);
         let name = name.strip_suffix(".drystone").unwrap_or(&name).to_owned();
         let folder = path.parent().unwrap_or(Path::new(""));
         let read = scene_of(&text, &name, folder, self);
@@ -84,8 +41,7 @@ impl Loading {
 
     /// Reads the scene of a part.
     fn scene(&mut self, path: &Path, part: &document::Part) -> Result<Scene, SceneError> {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        let ending = ending.unwrap_or_default();
+        let ending = ending(path);
         let auto_colliders = part.auto_colliders.map(|kind| match kind {
             AutoColliders::Hull => gltf::AutoColliders::Hull,
             AutoColliders::Mesh => gltf::AutoColliders::Mesh,
@@ -101,25 +57,19 @@ impl Loading {
         }
         let options = gltf::Options { auto_colliders, gravity: None };
         match ending.as_str() {
-            "gltf" | "glb" | "obj" => {
-                let mut loaded = if ending == "obj" {
-                    obj::load(path, &options)?
-                } else {
-                    gltf::load(path, &options)?
-                };
+            "obj" => {
+                let mut loaded = obj::load(path, &options)?;
                 if self.options.visuals {
                     loaded.read_visuals();
                 }
-                // The numbers of nodes are nobody's but this file's.
-                let number = (self.files as u64) << 32;
-                let of = |node: u64| number | node;
-                for body in &mut loaded.scene.bodies {
-                    body.def.user_data = of(body.def.user_data);
+                Ok(self.numbered(loaded.scene))
+            }
+            "gltf" | "glb" => {
+                let mut loaded = gltf::load(path, &options)?;
+                if self.options.visuals {
+                    loaded.read_visuals();
                 }
-                let worn = &loaded.scene.visuals.worn;
-                let worn = worn.iter().map(|(node, meshes)| (of(*node), meshes.clone())).collect();
-                let visuals = Visuals { worn, ..(*loaded.scene.visuals).clone() };
-                Ok(Scene { visuals: Arc::new(visuals), ..loaded.scene })
+                Ok(self.numbered(loaded.scene))
             }
             "urdf" => {
                 let base = match part.base {
@@ -131,17 +81,30 @@ impl Loading {
             }
             "xml" => mjcf::load(path),
             "json" => {
-                let text = text_of(path)?;
+                let text = text(path, UTF8)?;
                 match kind_of_text(&text).map_err(|e| e.in_file(path))? {
                     JsonKind::Own => self.load(path),
                     JsonKind::RigidIpc => rigid_ipc::load(path),
                 }
             }
             _ => fail(
-                "its name tells no known format",
+                "its name has no known ending",
                 "a .json, .gltf, .glb, .obj, .urdf or .xml (MJCF) file",
             ),
         }
+    }
+
+    /// The scene with numbers of nodes that no other file of the scene has.
+    fn numbered(&self, mut scene: Scene) -> Scene {
+        let number = (self.files as u64) << 32;
+        let of = |node: u64| number | node;
+        for body in &mut scene.bodies {
+            body.def.user_data = of(body.def.user_data);
+        }
+        let worn = scene.visuals.worn.iter();
+        let worn = worn.map(|(node, meshes)| (of(*node), meshes.clone())).collect();
+        let visuals = Visuals { worn, ..(*scene.visuals).clone() };
+        Scene { visuals: Arc::new(visuals), ..scene }
     }
 }
 
@@ -244,155 +207,4 @@ impl Reader<'_> {
         }
         Ok(())
     }
-
-    /// Shapes of a mesh file, which are made once and shared.
-    pub(super) fn shapes_of_file(
-        &mut self,
-        place: &Place,
-        what: As,
-        file: &str,
-        scale: Option<[f32; 3]>,
-    ) -> Result<Vec<Shape>, SceneError> {
-        let at = place.key("file");
-        let path = self.path(&at, file)?;
-        let scale = scale.map_or(Vec3::ONE, Vec3::from);
-        let key = (path.clone(), what, scale.to_array().map(f32::to_bits));
-        if let Some(shapes) = self.loading.shapes.get(&key) {
-            return Ok(shapes.clone());
-        }
-        if !self.loading.meshes.contains_key(&path) {
-            let made = self.triangles(&path).map_err(|e| self.fail(&at, e, ""))?;
-            self.loading.meshes.insert(path.clone(), made);
-        }
-        let mut surface = self.loading.meshes.get(&path).cloned().unwrap_or_default();
-        surface.points.iter_mut().for_each(|point| *point = point.mul_each(scale));
-        self.loading.corners += surface.points.len() + surface.triangles.len();
-        if self.loading.corners > MOST_CORNERS {
-            let problem = format!("brings all meshes to more than {MOST_CORNERS} corners");
-            return Err(self.fail(&at, problem, "fewer or simpler meshes"));
-        }
-        // The place of its errors is not that of a glTF file.
-        let nowhere = serde_json::Value::Null;
-        let nowhere = gltf::At::root(&nowhere);
-        let made = match what {
-            As::Hull => surface.hull(&nowhere).map(|hull| vec![hull]),
-            As::Mesh => surface.mesh(&nowhere).map(|mesh| vec![mesh]),
-            As::Hulls => surface.hulls(&nowhere).map(|(shapes, note)| {
-                self.scene.notes.push(format!("{at}: its mesh is {note}"));
-                shapes
-            }),
-        };
-        let made = made.map_err(|e| self.fail(&at, e.problem(), e.allowed()))?;
-        self.loading.shapes.insert(key, made.clone());
-        Ok(made)
-    }
-
-    fn triangles(&mut self, path: &Path) -> Result<Triangles, String> {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        let ending = ending.unwrap_or_default();
-        if ending != "obj" && ending != "stl" {
-            return Err(format!("a .{ending} file is not read, .obj and .stl are"));
-        }
-        if self.loading.bytes > MOST_BYTES {
-            return Err(format!("meshes of {MOST_BYTES} bytes were read before it, no more are"));
-        }
-        let bytes = file::read(path, Kind::Mesh).map_err(|e| e.to_string())?;
-        self.loading.bytes += bytes.len() as u64;
-        if ending == "obj" {
-            return obj::surface(&String::from_utf8_lossy(&bytes)).map_err(|e| e.to_string());
-        }
-        let points = stl::corners(&bytes)?;
-        let count = u32::try_from(points.len() / 3).map_err(|_| "it is too large".to_owned())?;
-        let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        Ok(Triangles { points, triangles })
-    }
-}
-
-/// Prefixes all names.
-fn rename(scene: &mut Scene, prefix: &str) {
-    let named = |name: &mut String| *name = format!("{prefix}/{name}");
-    scene.bodies.iter_mut().for_each(|body| named(&mut body.name));
-    scene.strands.iter_mut().for_each(|strand| named(&mut strand.name));
-    scene.frames.iter_mut().for_each(|frame| named(&mut frame.name));
-    for joint in scene.joints.iter_mut().filter(|joint| !joint.name.is_empty()) {
-        named(&mut joint.name);
-    }
-}
-
-/// Brings a scene to a pose; how many bodies have locked axes, which do not turn with it.
-fn turn(scene: &mut Scene, pose: &Pose) -> usize {
-    if *pose == Pose::IDENTITY {
-        return 0;
-    }
-    for body in &mut scene.bodies {
-        turn_body(&mut body.def, pose);
-    }
-    for SceneJoint { kind, .. } in &mut scene.joints {
-        if let JointKind::Pulley(pulley) = kind {
-            pulley.points = pulley.points.map(|point| pose.point(point));
-        }
-    }
-    for SceneStrand { def, .. } in &mut scene.strands {
-        match def {
-            StrandDef::Rope(rope) => {
-                (rope.from, rope.to) = (pose.point(rope.from), pose.point(rope.to));
-                rope.particle.velocity = pose.direction(rope.particle.velocity);
-            }
-            StrandDef::Cloth(cloth) => {
-                cloth.corner = pose.point(cloth.corner);
-                cloth.sides = cloth.sides.map(|side| pose.direction(side));
-                cloth.particle.velocity = pose.direction(cloth.particle.velocity);
-            }
-            StrandDef::Cloud(points, particle) => {
-                points.iter_mut().for_each(|point| *point = pose.point(*point));
-                particle.velocity = pose.direction(particle.velocity);
-            }
-        }
-    }
-    if !scene.visuals.scenery.is_empty() {
-        let visuals = Arc::make_mut(&mut scene.visuals);
-        visuals.scenery.iter_mut().for_each(|placed| placed.pose = pose.compose(&placed.pose));
-    }
-    let is_turned = pose.rotation != Quat::IDENTITY;
-    let locked = |body: &&crate::scene::SceneBody| body.def.locks != AxisLocks::NONE;
-    if is_turned { scene.bodies.iter().filter(locked).count() } else { 0 }
-}
-
-fn turn_body(def: &mut BodyDef, pose: &Pose) {
-    let seat = pose.compose(&Pose::new(def.position, def.rotation));
-    (def.position, def.rotation) = (seat.position, seat.rotation.normalized());
-    def.linear_velocity = pose.direction(def.linear_velocity);
-    def.angular_velocity = pose.direction(def.angular_velocity);
-}
-
-/// Adds what another scene looks like.
-pub(super) fn merge(visuals: &mut Visuals, more: &Visuals) {
-    let (meshes, materials, images) =
-        (visuals.meshes.len(), visuals.materials.len(), visuals.images.len());
-    for material in &more.materials {
-        let mut material = material.clone();
-        let textures = [
-            &mut material.base_texture,
-            &mut material.surface_texture,
-            &mut material.normal_texture,
-            &mut material.occlusion_texture,
-            &mut material.emissive_texture,
-        ];
-        textures.into_iter().flatten().for_each(|texture| texture.image += images);
-        visuals.materials.push(material);
-    }
-    for mesh in &more.meshes {
-        let mut mesh = mesh.clone();
-        mesh.material = mesh.material.map(|material| material + materials);
-        visuals.meshes.push(mesh);
-    }
-    visuals.images.extend(more.images.iter().cloned());
-    let placed = |placed: &crate::visual::PlacedMesh| crate::visual::PlacedMesh {
-        mesh: placed.mesh + meshes,
-        ..*placed
-    };
-    for (key, worn) in &more.worn {
-        visuals.worn.entry(*key).or_default().extend(worn.iter().map(placed));
-    }
-    visuals.scenery.extend(more.scenery.iter().map(placed));
 }

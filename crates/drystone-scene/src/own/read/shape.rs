@@ -2,18 +2,17 @@
 
 use std::sync::Arc;
 
-use drystone::contact::Combine;
 use drystone::events::{ContactReports, Senses};
-use drystone::{Hull, Material, Mesh, Shape, ShapeDef, Vec3};
-use serde::{Deserialize, Serialize};
+use drystone::{Hull, Mesh, Shape, ShapeDef, Vec3};
 
-use super::Reader;
-use super::part::As;
+use super::reader::{Reader, known};
 use crate::error::SceneError;
 use crate::own::document::{self, Geometry};
 use crate::own::place::Place;
+use crate::own::saved_hull::SavedHull;
+use crate::read::mesh::Solid;
 
-/// The member of a shape that says what it is.
+/// The member of a shape that gives its kind.
 pub(super) fn key(shape: &document::Shape) -> Option<&'static str> {
     let all = [
         (shape.shape.is_some(), "shape"),
@@ -34,58 +33,6 @@ pub(super) fn key(shape: &document::Shape) -> Option<&'static str> {
 
 const KINDS: &str =
     "one of shape, sphere, capsule, box, cylinder, cone, half_space, hull, mesh, hulls";
-
-pub(super) fn material(material: &document::Material) -> Material {
-    let mut made = Material::default();
-    made.friction = material.friction.unwrap_or(made.friction);
-    made.kinetic_friction = material.kinetic_friction;
-    made.restitution = material.restitution.unwrap_or(made.restitution);
-    made.rolling_resistance = material.rolling_resistance.unwrap_or(made.rolling_resistance);
-    made.spinning_resistance = material.spinning_resistance.unwrap_or(made.spinning_resistance);
-    made.friction_combine = material.friction_combine.map_or(made.friction_combine, combine);
-    made.restitution_combine =
-        material.restitution_combine.map_or(made.restitution_combine, combine);
-    made
-}
-
-fn combine(rule: document::Combine) -> Combine {
-    match rule {
-        document::Combine::GeometricMean => Combine::GeometricMean,
-        document::Combine::Multiply => Combine::Multiply,
-        document::Combine::Maximum => Combine::Maximum,
-        document::Combine::Minimum => Combine::Minimum,
-        document::Combine::Average => Combine::Average,
-    }
-}
-
-/// A hull as the engine saves it.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct SavedHull {
-    pub(crate) vertices: Vec<Vec3>,
-    pub(crate) planes: Vec<drystone::geometry::Plane>,
-    pub(crate) faces: Vec<Vec<u16>>,
-    pub(crate) cuboid: Option<Vec3>,
-}
-
-impl SavedHull {
-    /// Whether both have the same bits.
-    pub(crate) fn has_bits_of(&self, other: &Self) -> bool {
-        let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-        let all = |list: &[Vec3]| list.iter().map(|v| bits(*v)).collect::<Vec<_>>();
-        let planes = |list: &[drystone::geometry::Plane]| {
-            list.iter().map(|p| (bits(p.normal), p.offset.to_bits())).collect::<Vec<_>>()
-        };
-        self.faces == other.faces
-            && all(&self.vertices) == all(&other.vertices)
-            && planes(&self.planes) == planes(&other.planes)
-    }
-
-    /// As a hull.
-    fn hull(&self) -> Result<Hull, String> {
-        let value = serde_json::to_value(self).map_err(|e| e.to_string())?;
-        serde_json::from_value(value).map_err(|e| e.to_string())
-    }
-}
 
 impl Reader<'_> {
     /// A shape of a body: several where a mesh is taken apart.
@@ -130,19 +77,19 @@ impl Reader<'_> {
         Ok(shapes.into_iter().map(|shape| ShapeDef { shape, ..def.clone() }).collect())
     }
 
-    /// What a shape of a body is, by name or here.
+    /// The geometry of a body's shape, by name or here.
     fn shape_of(
         &mut self,
         place: &Place,
         shape: &document::Shape,
     ) -> Result<Vec<Shape>, SceneError> {
         let Some(key) = key(shape) else {
-            return Err(self.fail(place, "it does not say what it is, or says it twice", KINDS));
+            return Err(self.fail(place, "it has no kind, or more than one", KINDS));
         };
         if let Some(name) = &shape.shape {
             return self.shapes.get(name).cloned().ok_or_else(|| {
                 let problem = format!("is \"{name}\", which no shape is called");
-                self.fail(&place.key(key), problem, &super::known(self.shapes.keys()))
+                self.fail(&place.key(key), problem, &known(self.shapes.keys()))
             });
         }
         let geometry = [
@@ -209,7 +156,7 @@ impl Reader<'_> {
                 Shape::HalfSpace { normal, offset: h.offset.unwrap_or(0.0) }
             }
             Geometry::Hull(document::Hull { file: Some(file), points: None, scale, .. }) => {
-                return self.shapes_of_file(place, As::Hull, file, *scale);
+                return self.shapes_of_file(place, Solid::Hull, file, *scale);
             }
             Geometry::Mesh(document::Mesh {
                 file: Some(file),
@@ -217,12 +164,12 @@ impl Reader<'_> {
                 triangles: None,
                 scale,
             }) => {
-                return self.shapes_of_file(place, As::Mesh, file, *scale);
+                return self.shapes_of_file(place, Solid::Mesh, file, *scale);
             }
             Geometry::Hull(hull) => self.hull(place, hull)?,
             Geometry::Mesh(mesh) => self.mesh(place, mesh)?,
             Geometry::Hulls(hulls) => {
-                return self.shapes_of_file(place, As::Hulls, &hulls.file, hulls.scale);
+                return self.shapes_of_file(place, Solid::Hulls, &hulls.file, hulls.scale);
             }
         };
         Ok(vec![one])

@@ -3,7 +3,7 @@
 use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 use drystone::{BodyDef, Pose, Vec3, World};
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document;
 use crate::own::place::Place;
@@ -29,11 +29,7 @@ impl Reader<'_> {
             }
             _ => {
                 let allowed = "one of rope, cloth, cloud";
-                return Err(self.fail(
-                    place,
-                    "it does not say what it is, or says it twice",
-                    allowed,
-                ));
+                return Err(self.fail(place, "it has no kind, or more than one", allowed));
             }
         };
         let count = particles_of(&def);
@@ -126,7 +122,7 @@ impl Reader<'_> {
         Ok(StrandDef::Cloth(def))
     }
 
-    /// What a link does; `None` if there is none.
+    /// The kind of a link; `None` if there is none.
     fn link(
         &self,
         place: &Place,

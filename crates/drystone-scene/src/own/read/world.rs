@@ -6,7 +6,7 @@ use drystone::method::{
     Damping, Integration, Method, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
 
-use super::Reader;
+use super::reader::Reader;
 use crate::error::SceneError;
 use crate::own::document;
 use crate::own::place::Place;
@@ -109,7 +109,7 @@ impl Reader<'_> {
     }
 }
 
-/// Sets an option by its word; the words that it knows if this is none of them.
+/// Sets an option by its word; otherwise returns the words that it has.
 fn set_option(
     options: &mut MethodOptions,
     key: &str,

@@ -3,7 +3,8 @@
 use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
 use drystone::{Axis, JointKind, Quat, Vec3};
 
-use super::{Names, other, refuse, unless, unless_turn, unless_vec};
+use super::names::Names;
+use super::said::{other, refuse, unless, unless_turn, unless_vec};
 use crate::error::SceneError;
 use crate::own::document::{
     self, AxisName, Ball, Cone6, ConeTwist, Cylindrical, Distance, Drive, Fatigue, Fixed, Joint,

@@ -3,8 +3,9 @@
 use drystone::Vec3;
 use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 
-use super::body::filter;
-use super::{Names, other, refuse, unless, unless_vec};
+use super::names::Names;
+use super::said::{other, refuse, unless, unless_vec};
+use super::shape::filter;
 use crate::error::SceneError;
 use crate::own::document::{
     Cloth, Cloud, Drop, Hold, Link, LinkKind as KindOf, LinkSpring as SpringOf, Load, Loads, Orbit,
@@ -76,7 +77,7 @@ impl Names {
         Ok(made)
     }
 
-    /// What of a particle is not as its strand has it by default; its place is the strand's.
+    /// The properties of a particle that differ from its strand's; its place is the strand's.
     fn particle(&self, def: &ParticleDef, default: &ParticleDef) -> Option<Particle> {
         let at = ParticleDef { position: default.position, ..*def };
         (at != *default).then(|| Particle {

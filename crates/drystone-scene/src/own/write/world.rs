@@ -3,7 +3,7 @@
 use drystone::WorldConfig;
 use drystone::method::MethodOptions;
 
-use super::{other, unless, unless_vec};
+use super::said::{other, unless, unless_vec};
 use crate::own::document::{
     Breakage, Contact, Inertia, Joints, Method, ParticleForm, Particles, Penalty, Sleep, World,
 };
