@@ -101,7 +101,7 @@ fn trouble(world: &mut World, bodies: &[BodyId]) {
         })
         .collect();
     for pair in points[..8].chunks(2).rev() {
-        let spring = LinkSpring::Rate { stiffness: 1.0e3, damping: 0.0 };
+        let spring = LinkSpring::Rate { stiffness: 1.0e-3, damping: 0.0 };
         let link = LinkDef::new(pair[0], pair[1], LinkKind::Spring(spring));
         let link = LinkDef { length: Some(0.1), tear_strain: Some(0.5), ..link };
         world.add_link(link).unwrap();
