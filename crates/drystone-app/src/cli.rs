@@ -132,7 +132,7 @@ pub(crate) enum Base {
 
 fn height(text: &str) -> Result<f32, String> {
     let number = text.parse::<f32>().ok().filter(|z| z.abs() <= 1.0e6);
-    number.ok_or_else(|| "allowed is a height of at most 1e6 m either way".to_owned())
+    number.ok_or_else(|| "expected a height within ±1e6 m".to_owned())
 }
 
 /// What a mesh without physics collides as.
@@ -450,7 +450,7 @@ fn simd_levels() -> PossibleValuesParser {
 
 /// Parses a number that `fits`; `allowed` says which do.
 fn number<T: FromStr>(text: &str, allowed: &str, fits: impl Fn(&T) -> bool) -> Result<T, String> {
-    text.trim().parse().ok().filter(fits).ok_or_else(|| format!("allowed is {allowed}"))
+    text.trim().parse().ok().filter(fits).ok_or_else(|| format!("expected {allowed}"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -471,7 +471,7 @@ fn assignment(text: &str) -> Result<(String, String), String> {
         Some((key, value)) if !key.trim().is_empty() => {
             Ok((key.trim().to_owned(), value.trim().to_owned()))
         }
-        _ => Err("allowed is KEY=VALUE, such as sleep.enabled=false".to_owned()),
+        _ => Err("expected KEY=VALUE, such as sleep.enabled=false".to_owned()),
     }
 }
 
@@ -480,7 +480,7 @@ fn bake_path(text: &str) -> Result<PathBuf, String> {
     if has_extension(&path, &["glb", "gltf"]) {
         Ok(path)
     } else {
-        Err("allowed is a file name that ends in .glb or .gltf".to_owned())
+        Err("expected a file name that ends in .glb or .gltf".to_owned())
     }
 }
 
@@ -489,7 +489,7 @@ fn convert_path(text: &str) -> Result<PathBuf, String> {
     if has_extension(&path, &["json", "glb", "gltf"]) {
         Ok(path)
     } else {
-        Err("allowed is a file name that ends in .json (the own format), .glb or .gltf".to_owned())
+        Err("expected a file name that ends in .json (the own format), .glb or .gltf".to_owned())
     }
 }
 
@@ -498,7 +498,7 @@ fn render_path(text: &str) -> Result<PathBuf, String> {
     if RenderKind::of(&path).is_some() {
         Ok(path)
     } else {
-        Err("allowed is a file name that ends in .png, .gif, .mp4, .webm, .mkv or .mov; of numbered \
+        Err("expected a file name that ends in .png, .gif, .mp4, .webm, .mkv or .mov; of numbered \
              pictures with one number such as %04d"
             .to_owned())
     }
@@ -509,7 +509,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     let parts = text.split_once(['x', 'X', '×']);
     parts
         .and_then(|(width, height)| Some((side(width)?, side(height)?)))
-        .ok_or_else(|| "allowed is a size from 1x1 to 16384x16384, such as 1280x720".to_owned())
+        .ok_or_else(|| "expected a size from 1x1 to 16384x16384, such as 1280x720".to_owned())
 }
 
 fn fps(text: &str) -> Result<f64, String> {

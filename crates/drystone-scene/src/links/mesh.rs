@@ -49,7 +49,7 @@ impl Hulls {
             return Err(format!("meshes of {MOST_BYTES} bytes were read before it, no more are"));
         }
         let bytes = file::read(path, Kind::Mesh)
-            .map_err(|e| format!("{}, allowed is {}", e.problem(), e.allowed()))?;
+            .map_err(|e| format!("{}, expected {}", e.problem(), e.allowed()))?;
         self.read += bytes.len() as u64;
         let points = if ending == "stl" {
             stl::corners(&bytes)?

@@ -330,7 +330,7 @@ impl BodyDef {
                 (Some(Shape::Box { .. } | Shape::Hull(_)), None)
             );
             if self.glue.is_some() || !fits {
-                let allowed = "a body of one box or hull and no glue";
+                let allowed = "given to a body of one box or hull without glue";
                 let shapes = format!("{} shapes", self.shapes.len());
                 return Err(DefError::unsuitable("fracture", shapes, allowed));
             }
@@ -344,12 +344,16 @@ impl BodyDef {
             return Err(DefError::unsuitable("body", format!("{:?}", self.kind), "a dynamic body"));
         }
         if let MassDef::Exact { .. } = self.mass {
-            let allowed = "a mass from shapes, or their total";
+            let allowed = "computed from the shapes, or their total";
             return Err(DefError::unsuitable("mass", "given in full", allowed));
         }
         if let Some(i) = self.shapes.iter().position(|s| !s.sensor && !(s.density > 0.0)) {
             let value = format!("0 of shape {i}");
-            return Err(DefError::unsuitable("density", value, "above 0: each piece has a mass"));
+            return Err(DefError::unsuitable(
+                "density",
+                value,
+                "above 0, because each piece has a mass",
+            ));
         }
         Ok(())
     }

@@ -367,18 +367,22 @@ impl WorldConfig {
     pub fn validate(&self) -> Result<(), DefError> {
         all_within("gravity", self.gravity, &limits::GRAVITY)?;
         if self.substeps > 256 {
-            return Err(DefError::new("substeps", self.substeps, "0 (the method's own) to 256"));
+            return Err(DefError::new(
+                "substeps",
+                self.substeps,
+                "from 0 (the method's own) to 256",
+            ));
         }
         self.method.settle()?;
         for (path, parts) in
             [("inertia.refine", self.inertia.refine), ("joint.refine", self.joint.refine)]
         {
             if !(1..=8).contains(&parts) {
-                return Err(DefError::new(path, parts, "1 to 8"));
+                return Err(DefError::new(path, parts, "from 1 to 8"));
             }
         }
         if self.particle.sweeps > 1000 {
-            return Err(DefError::new("particle.sweeps", self.particle.sweeps, "0 to 1000"));
+            return Err(DefError::new("particle.sweeps", self.particle.sweeps, "from 0 to 1000"));
         }
         for (path, limit, value) in self.clone().scalars() {
             within(path, *value, &limit)?;
@@ -408,8 +412,9 @@ impl WorldConfig {
                 next.gravity = vec3(x, y, z);
             }
             "method" => {
-                next.method = Method::named(text)
-                    .ok_or_else(|| DefError::new("method", text, &Method::NAMES.join(", ")))?;
+                next.method = Method::named(text).ok_or_else(|| {
+                    DefError::new("method", text, &format!("one of {}", Method::NAMES.join(", ")))
+                })?;
             }
             "substeps" => {
                 next.substeps = text
@@ -420,7 +425,11 @@ impl WorldConfig {
             "joint.refine" => next.joint.refine = parts_of(path, text)?,
             "particle.form" => {
                 next.particle.form = ParticleForm::named(text).ok_or_else(|| {
-                    DefError::new("particle.form", text, &ParticleForm::WORDS.join(", "))
+                    DefError::new(
+                        "particle.form",
+                        text,
+                        &format!("one of {}", ParticleForm::WORDS.join(", ")),
+                    )
                 })?;
             }
             "particle.sweeps" => {
@@ -449,7 +458,7 @@ impl WorldConfig {
     }
 
     fn set_scalar(&mut self, path: &str, text: &str) -> Result<(), DefError> {
-        let known = Self::PATHS.join(", ");
+        let known = format!("one of {}", Self::PATHS.join(", "));
         let (name, limit, field) = self
             .scalars()
             .into_iter()
@@ -467,7 +476,7 @@ fn scaled(x: f32, length: f32) -> f32 {
 
 /// Parts of a substep.
 fn parts_of(path: &str, text: &str) -> Result<u32, DefError> {
-    text.parse().map_err(|_| DefError::new(path, text, "a whole number, 1 to 8"))
+    text.parse().map_err(|_| DefError::new(path, text, "a whole number from 1 to 8"))
 }
 
 #[cfg(test)]

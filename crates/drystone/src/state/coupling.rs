@@ -79,10 +79,14 @@ impl CouplingDef {
     /// The first field that is out of range.
     pub fn validate(&self) -> Result<(), DefError> {
         if self.joint_a == self.joint_b && self.axis_a == self.axis_b {
-            return Err(DefError::new("axis_b", self.axis_b, "another axis or joint than a's"));
+            return Err(DefError::new(
+                "axis_b",
+                self.axis_b,
+                "an axis or joint other than that of `a`",
+            ));
         }
         if !(1.0e-6..=1.0e6).contains(&self.ratio.abs()) {
-            return Err(DefError::new("ratio", self.ratio, "1e-6 to 1e6, or the negative of it"));
+            return Err(DefError::new("ratio", self.ratio, "a number of magnitude 1e-6 to 1e6"));
         }
         within("offset", self.offset, &limits::TARGET)
     }
@@ -140,7 +144,7 @@ pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize)
 /// Checks that a joint can move along an axis that a coupling names.
 pub(crate) fn check_axis(name: &str, def: &SixDof, axis: Axis) -> Result<(), DefError> {
     let at = def.axis(axis);
-    let allowed = "an axis that is not locked, of a joint without a cone";
+    let allowed = "an axis that is not locked, on a joint without a cone";
     let is_free = at.held().is_none() && at.motion != JointMotion::Locked;
     if is_free && (!matches!(axis, Axis::TurnY | Axis::TurnZ) || def.cone.is_none()) {
         return Ok(());

@@ -96,7 +96,7 @@ impl DefError {
 
 impl Display for DefError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}, allowed is {}", self.field, self.value, self.allowed)
+        write!(f, "`{}` must be {} (got {})", self.field, self.allowed, self.value)
     }
 }
 

@@ -93,7 +93,7 @@ impl Fracture {
             if (low..=high).contains(&value) {
                 return Ok(());
             }
-            Err(DefError::new(name, value, &format!("{low} to {high}")))
+            Err(DefError::new(name, value, &format!("a number from {low} to {high}")))
         };
         whole("pieces", self.pieces, 2, u32::try_from(MOST_SITES).unwrap_or(u32::MAX))?;
         whole("focus", self.focus, 0, 8)?;

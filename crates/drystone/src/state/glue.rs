@@ -107,7 +107,7 @@ impl Glue {
     /// The first field that is out of range; a shape that no bond holds; shapes that fall into parts.
     pub fn validate(&self, shapes: &[ShapeDef]) -> Result<(), DefError> {
         if shapes.len() > MOST_PIECES {
-            return Err(DefError::new("shapes", shapes.len(), "up to 4096 shapes"));
+            return Err(DefError::new("shapes", shapes.len(), "at most 4096 in number"));
         }
         let mut part: Vec<usize> = (0..shapes.len()).collect();
         for (i, bond) in self.bonds.iter().enumerate() {
@@ -123,7 +123,7 @@ impl Glue {
             }
             let own = root(&mut part, i);
             if *first.get_or_insert(own) != own {
-                let value = format!("no bond to shape {i} from the first one");
+                let value = format!("bonds that do not reach shape {i} from the first one");
                 return Err(DefError::unsuitable(
                     "bonds",
                     value,
@@ -140,20 +140,24 @@ impl Bond {
         for (side, shape) in self.shapes.into_iter().enumerate() {
             let name = format!("shapes[{side}]");
             let Some(def) = shapes.get(shape) else {
-                let allowed = format!("the number of a shape, below {}", shapes.len());
+                let allowed = format!("the index of a shape, below {}", shapes.len());
                 return Err(DefError::unsuitable(&name, shape, &allowed));
             };
             if def.sensor {
-                return Err(DefError::unsuitable(&name, shape, "a shape that is no sensor"));
+                return Err(DefError::unsuitable(&name, shape, "a shape that is not a sensor"));
             }
         }
         if self.shapes[0] == self.shapes[1] {
-            return Err(DefError::unsuitable("shapes[1]", self.shapes[1], "another shape"));
+            return Err(DefError::unsuitable(
+                "shapes[1]",
+                self.shapes[1],
+                "a shape other than shapes[0]",
+            ));
         }
         position("point", self.point)?;
         finite_vec("normal", self.normal)?;
         if self.normal.try_normalize().is_none() {
-            return Err(DefError::new("normal", "zero", "a direction"));
+            return Err(DefError::new("normal", "zero", "a direction of nonzero length"));
         }
         above_zero("area", self.area)?;
         self.strength.validate().map_err(|e| e.within("strength"))

@@ -84,7 +84,7 @@ impl Pulley {
         if (1.0e-3..=1.0e3).contains(&self.ratio) {
             return Ok(());
         }
-        Err(DefError::new("ratio", self.ratio, "1e-3 to 1e3"))
+        Err(DefError::new("ratio", self.ratio, "a number from 1e-3 to 1e3"))
     }
 }
 
@@ -205,7 +205,8 @@ impl WorldAxes {
     pub(crate) fn rotation(&self) -> Result<Quat, DefError> {
         let direction = |name: &str, v: Vec3| {
             finite_vec(name, v)?;
-            v.try_normalize().ok_or_else(|| DefError::of_vec(name, v, "a direction"))
+            v.try_normalize()
+                .ok_or_else(|| DefError::of_vec(name, v, "a direction of nonzero length"))
         };
         match *self {
             Self::Along(x) => Ok(Quat::from_arc(Vec3::X, direction("world_axes.x", x)?)),
@@ -214,7 +215,7 @@ impl WorldAxes {
                 let z = x.cross(y);
                 // Below this sine the plane of both is rounding of f32.
                 if !(z.length() > 1.0e-5) {
-                    let allowed = "a direction across the x axis";
+                    let allowed = "a direction not parallel to the x axis";
                     return Err(DefError::of_vec("world_axes.y", y, allowed));
                 }
                 let z = z.normalize_or(Vec3::Z);
@@ -285,10 +286,10 @@ impl Fatigue {
     fn validate(&self) -> Result<(), DefError> {
         above_zero("life", self.life)?;
         if !(1..=32).contains(&self.exponent) {
-            return Err(DefError::new("exponent", self.exponent, "1 to 32"));
+            return Err(DefError::new("exponent", self.exponent, "a number from 1 to 32"));
         }
         if !(0.0..=1.0).contains(&self.endurance) {
-            return Err(DefError::new("endurance", self.endurance, "0 to 1"));
+            return Err(DefError::new("endurance", self.endurance, "a number from 0 to 1"));
         }
         Ok(())
     }
@@ -325,7 +326,7 @@ impl JointKind {
                 within("min", *min, &limits::DISTANCE)?;
                 within("max", *max, &limits::DISTANCE)?;
                 if max < min {
-                    return Err(DefError::new("max", max, "at least min"));
+                    return Err(DefError::new("max", max, "at least `min`"));
                 }
                 let Some(s) = spring else { return Ok(()) };
                 within("spring.rest_length", s.rest_length, &limits::DISTANCE)?;
@@ -468,10 +469,18 @@ impl JointDef {
             axes.rotation()?;
         }
         if self.body_a == self.body_b {
-            return Err(DefError::new("body_b", "the same as body_a", "another body"));
+            return Err(DefError::new(
+                "body_b",
+                "the same as body_a",
+                "a body other than `body_a`",
+            ));
         }
         if let JointKind::Coupling(_) = self.kind {
-            return Err(DefError::new("kind", "a coupling", "what World::add_coupling is given"));
+            return Err(DefError::new(
+                "kind",
+                "a coupling",
+                "a kind other than a coupling; use World::add_coupling",
+            ));
         }
         self.kind.validate()?;
         if let Some(strength) = self.strength {

@@ -441,13 +441,21 @@ impl Method {
         if o.persistence == Persistence::On
             && matches!(f, Naive | Guendelman | Verlet | PenaltyExplicit)
         {
-            return self.no("method.persistence", "on", "off: its impulses are not accumulated");
+            return self.no(
+                "method.persistence",
+                "on",
+                "off, because its impulses are not accumulated",
+            );
         }
         if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
-            return self.no("method.damping", o.damping.word(), "pade: it is part of its kernel");
+            return self.no(
+                "method.damping",
+                o.damping.word(),
+                "pade, because it is part of the kernel",
+            );
         }
         if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit | Analytic) {
-            let reason = "0: it makes as many as it needs";
+            let reason = "0, because it makes as many sweeps as it needs";
             return self.no("method.sweeps", &o.sweeps.to_string(), reason);
         }
         Ok(Settings {
@@ -462,8 +470,8 @@ impl Method {
     }
 
     /// A value that the method cannot have.
-    fn no<T>(&self, path: &str, word: &str, reason: &str) -> Result<T, DefError> {
-        Err(DefError::unsuitable(path, word, &format!("with {}, {reason}", self.name)))
+    fn no<T>(&self, path: &str, word: &str, allowed: &str) -> Result<T, DefError> {
+        Err(DefError::unsuitable(path, word, &format!("{allowed} (method {})", self.name)))
     }
 
     fn settle_order(&self) -> Result<Order, DefError> {
@@ -472,9 +480,9 @@ impl Method {
         match (o, self.family) {
             (Order::Own, Family::Guendelman) => Ok(Order::Levels),
             (Order::Own | Order::Colors, _) => Ok(Order::Colors),
-            (_, Family::Wide) => no("colors: rows are solved eight at a time"),
-            (_, Family::PenaltyExplicit) => no("own: forces have no order"),
-            (_, Family::Analytic) => no("own: it solves all rows at once"),
+            (_, Family::Wide) => no("colors, because rows are solved eight at a time"),
+            (_, Family::PenaltyExplicit) => no("own, because forces have no order"),
+            (_, Family::Analytic) => no("own, because all rows are solved at once"),
             (chosen, _) => Ok(chosen),
         }
     }
@@ -488,16 +496,16 @@ impl Method {
             (Shock::Own | Shock::Off, _) => Ok(Shock::Off),
             (Shock::Inertia, Wide) => Ok(Shock::Inertia),
             (Shock::Inertia, _) => {
-                let reason = "off: only soft-step and soft-step-relax weigh loads";
+                let reason = "off, because only soft-step and soft-step-relax weigh loads";
                 self.no("method.shock", "inertia", reason)
             }
             (Shock::Full, Wide) => {
-                let reason = "inertia or off: infinite masses between frozen rows would carry the \
-                              load themselves, and friction with it";
+                let reason = "inertia or off, because infinite masses between frozen rows would \
+                              carry the load themselves, and friction with it";
                 self.no("method.shock", "full", reason)
             }
             (Shock::Full, _) => {
-                let reason = "off: it has no sweep whose rest a shock could take";
+                let reason = "off, because it has no sweep whose remainder a shock could take";
                 self.no("method.shock", "full", reason)
             }
         }
@@ -511,19 +519,17 @@ impl Method {
         let no = |reason: &str| self.no("method.overlap", o.word(), reason);
         match (o, self.family) {
             (Overlap::Own | Overlap::Relax, Wide) => Ok(Overlap::Relax),
-            (_, Wide) => no("relax: it is what its list ends with"),
+            (_, Wide) => no("relax, because its passes end with it"),
             (Overlap::Own, Sequential | Analytic) => Ok(Overlap::VelocityBias),
             (Overlap::Own, Guendelman) => Ok(Overlap::PushOut),
             (Overlap::Own, _) => Ok(Overlap::Nothing),
-            (_, PenaltyExplicit | PenaltyImplicit) => {
-                no("own: its springs are what removes overlap")
-            }
-            (_, Verlet) => no("own: its projection is what removes overlap"),
+            (_, PenaltyExplicit | PenaltyImplicit) => no("own, because its springs remove overlap"),
+            (_, Verlet) => no("own, because its projection removes overlap"),
             (Overlap::Relax | Overlap::VelocityBias, Naive | Guendelman) => {
-                no("push-out or none: its impulses have no bias")
+                no("push-out or none, because its impulses have no bias")
             }
             (Overlap::Relax, Analytic) => {
-                no("velocity-bias, push-out or none: it has no sweep to relax with")
+                no("velocity-bias, push-out or none, because it has no sweep to relax with")
             }
             (chosen, _) => Ok(chosen),
         }
@@ -534,11 +540,13 @@ impl Method {
         let no = |reason: &str| self.no("method.integration", o.word(), reason);
         match (o, self.family) {
             (Integration::Own | Integration::Verlet, Family::Verlet) => Ok(Integration::Verlet),
-            (_, Family::Verlet) => no("verlet: it has no other velocity"),
+            (_, Family::Verlet) => no("verlet, because it has no other velocity"),
             (Integration::Verlet, _) => {
-                no("exact or euler: velocity by way moved is the method verlet")
+                no("exact or euler, because velocity from displacement is the method verlet")
             }
-            (Integration::Euler, Family::Wide) => no("exact: bodies in flight take no part in it"),
+            (Integration::Euler, Family::Wide) => {
+                no("exact, because bodies in flight are not part of the solve")
+            }
             (Integration::Own | Integration::Exact, _) => Ok(Integration::Exact),
             (Integration::Euler, _) => Ok(Integration::Euler),
         }

@@ -170,7 +170,9 @@ impl MethodOptions {
             value: Option<T>,
             words: &[&str],
         ) -> Result<(), DefError> {
-            *field = value.ok_or_else(|| DefError::new(path, text, &words.join(", ")))?;
+            *field = value.ok_or_else(|| {
+                DefError::new(path, text, &format!("one of {}", words.join(", ")))
+            })?;
             Ok(())
         }
         let t = text;
@@ -188,7 +190,7 @@ impl MethodOptions {
             "method.damping" => put(&mut self.damping, path, t, Damping::named(t), Damping::WORDS),
             "method.sweeps" => {
                 let value = t.parse().ok().filter(|n| *n <= MOST_SWEEPS);
-                put(&mut self.sweeps, path, t, value, &["0 (the method's own) to 100000"])
+                put(&mut self.sweeps, path, t, value, &["from 0 (the method's own) to 100000"])
             }
             _ => return None,
         })
@@ -196,7 +198,7 @@ impl MethodOptions {
 
     pub(crate) fn check_numbers(&self) -> Result<(), DefError> {
         if self.sweeps > MOST_SWEEPS {
-            let allowed = "0 (the method's own) to 100000";
+            let allowed = "from 0 (the method's own) to 100000";
             return Err(DefError::new("method.sweeps", self.sweeps, allowed));
         }
         Ok(())

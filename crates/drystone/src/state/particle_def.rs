@@ -201,7 +201,7 @@ pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {
         if value <= most {
             return Ok(());
         }
-        Err(DefError::new(field, value, "a smaller number: at most 1e9, of a frequency 1e5"))
+        Err(DefError::new(field, value, "at most 1e9, or 1e5 for a frequency"))
     };
     match *spring {
         LinkSpring::Rate { stiffness, damping } => {

@@ -274,7 +274,7 @@ impl ShapeDef {
 pub(crate) fn check_front(front: Vec3) -> Result<Vec3, DefError> {
     finite_vec("one_way", front)?;
     let unit = front.try_normalize();
-    unit.ok_or_else(|| DefError::of_vec("one_way", front, "a direction of some length"))
+    unit.ok_or_else(|| DefError::of_vec("one_way", front, "a direction of nonzero length"))
 }
 
 /// Checks a shape that a body is to have.
@@ -282,7 +282,7 @@ pub(crate) fn check_shape(shape: &Shape) -> Result<(), DefError> {
     shape.validate()?;
     match shape {
         Shape::HalfSpace { normal, .. } if *normal == Vec3::ZERO => {
-            Err(DefError::new("normal", "zero", "a direction"))
+            Err(DefError::new("normal", "zero", "a direction of nonzero length"))
         }
         _ => Ok(()),
     }

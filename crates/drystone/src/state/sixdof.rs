@@ -235,7 +235,7 @@ impl JointAxis {
                 return Err(DefError::new("min", min, "a number or -inf"));
             }
             if !(max >= min) || max == f32::NEG_INFINITY {
-                return Err(DefError::new("max", max, "at least min"));
+                return Err(DefError::new("max", max, "at least `min`"));
             }
             if let Some(spring) = spring {
                 spring.validate().map_err(|e| e.within("spring"))?;
@@ -440,11 +440,7 @@ impl SixDof {
         }
         let law = |axis: &JointAxis| axis.drive.map(|d| (d.spring, d.max_force));
         if law(y) != law(z) {
-            return Err(DefError::unsuitable(
-                "angular[2].drive",
-                "another than angular[1]'s",
-                SAME,
-            ));
+            return Err(DefError::unsuitable("angular[2].drive", "a different law", SAME));
         }
         if y.friction.to_bits() != z.friction.to_bits() {
             let same = "that of angular[1], as there is a cone";
@@ -465,5 +461,5 @@ pub(crate) struct SixParts {
     pub(crate) holds_all_motions: bool,
 }
 
-const FREE: &str = "a free swing, as there is a cone";
-const SAME: &str = "the same law, as there is a cone";
+const FREE: &str = "free, because there is a cone";
+const SAME: &str = "the same law as that of angular[1], because there is a cone";

@@ -139,7 +139,11 @@ impl World {
     pub fn add_shape(&mut self, body: BodyId, def: ShapeDef) -> Result<ShapeId, DefError> {
         def.validate()?;
         let Some(row) = self.tables.bodies.rows.row(body) else {
-            return Err(DefError::missing("body", body.index(), "a body of this world"));
+            return Err(DefError::missing(
+                "body",
+                format_args!("BodyId {}", body.index()),
+                "a body of this world",
+            ));
         };
         shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
         if let Some(mass) = self.mass_with(row, Some(&def)) {
@@ -320,11 +324,11 @@ impl World {
         let bodies = &self.tables.bodies;
         let (a, b) = (def.body_a.index(), def.body_b.index());
         if !bodies.at(a).is_dynamic() && !bodies.at(b).is_dynamic() {
-            let value = "not dynamic, as body_a";
+            let value = "a body that is not dynamic";
             return Err(DefError::unsuitable(
                 "body_b",
                 value,
-                "a dynamic body on one side at least",
+                "a dynamic body, because `body_a` is not one",
             ));
         }
         let joint = Joint {
@@ -367,7 +371,11 @@ impl World {
                     check_axis(axis_name, &six.def, axis)?;
                     Ok([joint.body_a, joint.body_b])
                 }
-                _ => Err(DefError::missing(name, id.index(), "a joint of six axes of this world")),
+                _ => Err(DefError::missing(
+                    name,
+                    format_args!("JointId {}", id.index()),
+                    "a joint of six axes of this world",
+                )),
             }
         };
         let [a1, b1] = find("joint_a", "axis_a", def.joint_a, def.axis_a)?;
@@ -375,8 +383,8 @@ impl World {
         let Some((a, b)) = between(&self.tables.bodies, [a1, b1], [a2, b2]) else {
             return Err(DefError::unsuitable(
                 "joint_b",
-                "of the same bodies",
-                "two joints between bodies",
+                "a joint between the same bodies",
+                "a joint with at least one other body",
             ));
         };
         let anchor = Vec3::ZERO;

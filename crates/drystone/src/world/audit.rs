@@ -67,7 +67,7 @@ impl World {
                 warnings.push(format!(
                     "substeps of {h:.6} s are longer than {:.6} s, the limit of stability of the contact \
                      springs (penalty.hertz={}, up to {:.1} Hz with the contacts of now): overlaps will \
-                     grow; allowed are more substeps, a lower penalty.hertz or penalty-implicit",
+                     grow; use more substeps, a lower penalty.hertz or penalty-implicit",
                     limit.longest_substep, config.penalty.hertz, limit.hertz
                 ));
             }

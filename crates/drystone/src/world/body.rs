@@ -358,7 +358,7 @@ impl<'w> BodyMut<'w> {
             return Ok([v, w]);
         }
         let impulse = if fits(v) { angular } else { linear };
-        let allowed = "what leaves the body at speeds up to 1e6 m/s and 1e6 rad/s";
+        let allowed = "an impulse that leaves the body slower than 1e6 m/s and 1e6 rad/s";
         Err(DefError::of_vec("impulse", impulse, allowed))
     }
 

@@ -57,7 +57,7 @@ impl BodyMut<'_> {
         let row = self.row;
         let breaks = self.world.tables.breakage.breaks(row);
         if breaks && matches!(mass, MassDef::Exact { .. }) {
-            let allowed = "a mass from shapes, or their total, for a body that breaks";
+            let allowed = "computed from the shapes, or their total, for a body that breaks";
             return Err(DefError::unsuitable("mass", "given in full", allowed));
         }
         let mut made = None;

@@ -48,7 +48,7 @@ impl core::fmt::Display for DeltaError {
         match self {
             Self::NotADelta => write!(f, "this is no delta of a snapshot"),
             Self::Version { found, read } => {
-                write!(f, "the delta has version {found}, allowed is version {read}")
+                write!(f, "the delta must have version {read} (got {found})")
             }
             Self::WrongBase { named, given } => {
                 write!(f, "the delta is of the base {named:016x}, not of {given:016x}")

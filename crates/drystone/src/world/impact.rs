@@ -57,7 +57,7 @@ impl ImpactBody {
         if self.inertia == Sym3::ZERO || self.mass == 0.0 {
             return Ok((Vec3::splat(inv_mass), Sym3::ZERO));
         }
-        let allowed = "zero, or a finite positive definite matrix";
+        let allowed = "zero or a finite positive definite matrix";
         let positive = self.inertia.is_finite() && self.inertia.eigen().0.min_element() > 0.0;
         match self.inertia.inverse() {
             Some(inverse) if positive && inverse.is_finite() => {
@@ -151,18 +151,22 @@ pub fn impact(a: &ImpactBody, b: &ImpactBody, surface: &ImpactSurface) -> Result
     let (inv_mass_b, inv_inertia_b) = b.check("b")?;
     let Some(n) = surface.normal.try_normalize() else {
         let value = format!("{:?}", surface.normal);
-        return Err(DefError::new("normal", value, "a finite vector that is not zero"));
+        return Err(DefError::new("normal", value, "a finite vector other than zero"));
     };
     let e = surface.restitution;
     if !(0.0..=1.0).contains(&e) {
-        return Err(DefError::new("restitution", e, "0 to 1"));
+        return Err(DefError::new("restitution", e, "a number from 0 to 1"));
     }
     let (mu_s, mu_k) = (surface.static_friction, surface.kinetic_friction);
     if !(mu_s >= 0.0 && mu_s.is_finite()) {
         return Err(DefError::new("static_friction", mu_s, "a finite number of at least 0"));
     }
     if !(0.0..=mu_s).contains(&mu_k) {
-        return Err(DefError::new("kinetic_friction", mu_k, "0 to the static friction"));
+        return Err(DefError::new(
+            "kinetic_friction",
+            mu_k,
+            "a number from 0 to the static friction",
+        ));
     }
     let u = b.point_velocity() - a.point_velocity();
     let k = mobility(inv_mass_a, &inv_inertia_a, a.arm).plus(mobility(
@@ -176,7 +180,7 @@ pub fn impact(a: &ImpactBody, b: &ImpactBody, surface: &ImpactSurface) -> Result
         return Err(DefError::new(
             "a, b",
             "too large or too small",
-            "numbers whose impulse is finite",
+            "such that the impulse is finite",
         ));
     }
     Ok(Impact {

@@ -294,7 +294,13 @@ impl World {
         def.validate()?;
         let find = |name: &str, id: BodyId| {
             let body = self.body(id);
-            body.ok_or_else(|| DefError::missing(name, id.index(), "a body of this world"))
+            body.ok_or_else(|| {
+                DefError::missing(
+                    name,
+                    format_args!("BodyId {}", id.index()),
+                    "a body of this world",
+                )
+            })
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
         let mut placed = JointDef { world_anchors: false, world_axes: None, ..def };

@@ -122,12 +122,12 @@ impl<'w> JointMut<'w> {
         let to_coupling = matches!(kind, JointKind::Coupling(_));
         if to_coupling || matches!(self.joint().link, Link::Coupling(_)) {
             let value = if to_coupling { kind.name() } else { self.joint().link.kind().name() };
-            return Err(DefError::unsuitable("kind", value, "any kind but a coupling"));
+            return Err(DefError::unsuitable("kind", value, "a kind other than a coupling"));
         }
         match (kind, &self.joint().link) {
             (JointKind::SixDof(axes), Link::Six(_)) => return self.set_axes(axes),
             (_, Link::Six(_)) if self.world.couplings_of(self.id).next().is_some() => {
-                let allowed = "a joint of six axes, for a coupling names it";
+                let allowed = "a joint of six axes, because a coupling refers to it";
                 return Err(DefError::unsuitable("kind", kind.name(), allowed));
             }
             _ => kind.validate()?,
@@ -298,7 +298,7 @@ impl<'w> JointMut<'w> {
     /// The one free axis of a joint that has one.
     pub(super) fn only_axis(&self) -> Result<Axis, DefError> {
         let only = self.get().only_axis();
-        only.ok_or_else(|| self.other_kind("a joint with one free axis, as a hinge or slider has"))
+        only.ok_or_else(|| self.other_kind("a joint with one free axis, such as a hinge or slider"))
     }
 
     fn change(&mut self, change: impl FnOnce(&mut Joint)) {

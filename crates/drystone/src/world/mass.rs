@@ -43,7 +43,7 @@ fn given_or_sum(
     match mass {
         MassDef::FromShapes if is_solid => Ok(*shapes),
         MassDef::FromShapes => {
-            let allowed = "shapes with volume and density, or a mass given in full";
+            let allowed = "above 0: add shapes with volume and density, or give an exact mass";
             Err(DefError::unsuitable("mass", shapes.mass, allowed))
         }
         MassDef::Mass(mass) => {

@@ -248,7 +248,11 @@ impl Mover {
         within("dt", dt, &limits::TIME_STEP)?;
         let allowed = "a kinematic body of this world";
         let Some(found) = world.body(body) else {
-            return Err(DefError::missing("body", body.index(), allowed));
+            return Err(DefError::missing(
+                "body",
+                format_args!("BodyId {}", body.index()),
+                allowed,
+            ));
         };
         if found.kind() != BodyKind::Kinematic {
             return Err(DefError::unsuitable("body", format!("{:?}", found.kind()), allowed));
@@ -273,10 +277,10 @@ impl Mover {
         within("snap", self.snap, &limits::CONTACT_DISTANCE)?;
         within("skin", self.skin, &limits::MARGIN)?;
         if !(0.0..=core::f32::consts::FRAC_PI_2).contains(&self.max_slope) {
-            return Err(DefError::new("max_slope", self.max_slope, "0 to π/2"));
+            return Err(DefError::new("max_slope", self.max_slope, "an angle from 0 to π/2"));
         }
         all_within("up", self.up, &limits::POSITION)?;
         let up = self.up.try_normalize();
-        up.ok_or_else(|| DefError::of_vec("up", self.up, "a vector that is not 0"))
+        up.ok_or_else(|| DefError::of_vec("up", self.up, "a vector other than 0"))
     }
 }

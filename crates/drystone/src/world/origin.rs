@@ -85,7 +85,7 @@ impl World {
         if bodies && particles && pulleys {
             return Ok(());
         }
-        let allowed = "a place from which nothing is farther than 1e9 m, and no pulley than 1e7 m";
+        let allowed = "a point with everything within 1e9 m and every pulley within 1e7 m of it";
         Err(DefError::new("origin", format!("{origin:?}"), allowed))
     }
 

@@ -273,7 +273,11 @@ impl ParticleMut<'_> {
         let point = point.into();
         position("point", point)?;
         let Some(row) = self.world.tables.bodies.rows.row(body) else {
-            return Err(DefError::missing("body", body.index(), "a body of this world"));
+            return Err(DefError::missing(
+                "body",
+                format_args!("BodyId {}", body.index()),
+                "a body of this world",
+            ));
         };
         let line = self.line;
         let anchor = point - self.world.tables.bodies.at(row).local_center;
@@ -370,11 +374,21 @@ impl World {
         let particles = &mut self.tables.particles;
         let find = |name: &str, id: ParticleId| {
             let row = particles.rows.row(id);
-            row.ok_or_else(|| DefError::missing(name, id.index(), "a particle of this world"))
+            row.ok_or_else(|| {
+                DefError::missing(
+                    name,
+                    format_args!("ParticleId {}", id.index()),
+                    "a particle of this world",
+                )
+            })
         };
         let (a, b) = (find("a", def.a)? + 1, find("b", def.b)? + 1);
         if a == b {
-            return Err(DefError::unsuitable("b", "the same particle", "another particle than a"));
+            return Err(DefError::unsuitable(
+                "b",
+                "the same particle",
+                "a particle other than `a`",
+            ));
         }
         let apart = (particles.position(b) - particles.position(a)).length();
         let length = def.length.unwrap_or(apart);

@@ -101,7 +101,11 @@ impl ShapeMut<'_> {
         let body = self.body();
         let tables = &self.world.tables;
         if tables.breakage.breaks(body) && !tables.shapes.at(self.row).sensor && !(density > 0.0) {
-            return Err(DefError::unsuitable("density", density, "above 0: each piece has a mass"));
+            return Err(DefError::unsuitable(
+                "density",
+                density,
+                "above 0, because each piece has a mass",
+            ));
         }
         self.check_change(|shape| shape.density = density)?;
         self.world.tables.shapes.at_mut(self.row).density = density;
@@ -150,7 +154,7 @@ impl ShapeMut<'_> {
             return Err(DefError::unsuitable(
                 "shape",
                 form.kind(),
-                "a box or hull on what fractures",
+                "a box or hull on a body that fractures",
             ));
         }
         let solid = tables.shapes.solid(&form);
@@ -232,7 +236,7 @@ impl ShapeMut<'_> {
                 && was_solid
                 && is_solid =>
             {
-                let allowed = "shapes with volume and density, or a mass given in full";
+                let allowed = "above 0: add shapes with volume and density, or give an exact mass";
                 Err(DefError::unsuitable("mass", 0.0, allowed))
             }
             None => Ok(()),

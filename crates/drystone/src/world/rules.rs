@@ -72,7 +72,7 @@ impl World {
     /// A coefficient is out of range, or there are too many rules. Then nothing is changed.
     pub fn set_surface_rules(&mut self, rules: Vec<SurfaceRule>) -> Result<(), DefError> {
         if rules.len() > MOST_RULES {
-            return Err(DefError::new("rules", rules.len(), "at most 256"));
+            return Err(DefError::new("rules", rules.len(), "at most 256 in number"));
         }
         rules.iter().try_for_each(SurfaceRule::validate)?;
         let all: Vec<u32> = self.tables.contacts.iter().map(|(row, _)| row).collect();
@@ -115,11 +115,17 @@ impl World {
         rule.as_ref().map_or(Ok(()), SurfaceRule::validate)?;
         let row = |name, id: BodyId| {
             let row = self.tables.bodies.rows.row(id);
-            row.ok_or_else(|| DefError::missing(name, id.index(), "a body of this world"))
+            row.ok_or_else(|| {
+                DefError::missing(
+                    name,
+                    format_args!("BodyId {}", id.index()),
+                    "a body of this world",
+                )
+            })
         };
         let (a, b) = (row("a", a)?, row("b", b)?);
         if a == b {
-            return Err(DefError::unsuitable("b", "the same body", "another body than a"));
+            return Err(DefError::unsuitable("b", "the same body", "a body other than `a`"));
         }
         let contacts = &self.tables.contacts;
         let of_a = contacts.of_body(self.tables.bodies.at(a)).map(|(row, _)| row);

@@ -48,7 +48,7 @@ impl core::fmt::Display for SnapshotError {
         match self {
             Self::NotASnapshot => write!(f, "this is no snapshot of a world"),
             Self::Version { found, read } => {
-                write!(f, "the snapshot has version {found}, allowed is version {read}")
+                write!(f, "the snapshot must have version {read} (got {found})")
             }
             Self::Damaged => write!(f, "the snapshot was cut off or changed"),
             Self::Unsound(what) => write!(f, "the snapshot is of no world: {what}"),

@@ -137,7 +137,7 @@ impl World {
     /// The first field that is out of range; then nothing is added.
     pub fn add_rope(&mut self, def: RopeDef) -> Result<Strand, DefError> {
         if !(1..=MOST_LINKS).contains(&def.links) {
-            return Err(DefError::new("links", def.links, "1 to 1,000,000"));
+            return Err(DefError::new("links", def.links, "a number from 1 to 1,000,000"));
         }
         position("from", def.from)?;
         position("to", def.to)?;
@@ -175,7 +175,7 @@ impl World {
         let [n, m] = def.squares;
         let fits = (1..=MOST_SQUARES).contains(&n) && (1..=MOST_SQUARES).contains(&m);
         if !(fits && n * m <= MOST_SQUARES_IN_ALL) {
-            let allowed = "1 to 4,000 a side, 1,000,000 in all";
+            let allowed = "1 to 4,000 per side and at most 1,000,000 in total";
             return Err(DefError::new("squares", format!("{n} by {m}"), allowed));
         }
         position("corner", def.corner)?;

@@ -43,7 +43,7 @@ impl BodyMut<'_> {
         position("point", point)?;
         self.world.check_breakable(self.row)?;
         if self.world.tables.bodies.at(self.row).disabled {
-            return Err(DefError::unsuitable("body", "disabled", "a body that is enabled"));
+            return Err(DefError::unsuitable("body", "disabled", "an enabled body"));
         }
         Ok(self.world.shatter(self.row, how, point).unwrap_or_default())
     }
@@ -108,7 +108,8 @@ impl World {
         let exact = body.mass_source == MassSource::Exact;
         let one = self.solid_shape(row).is_some();
         if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
-            let allowed = "a dynamic body of one box or hull, no glue, and no mass given in full";
+            let allowed =
+                "a dynamic body of one box or hull, without glue and without an exact mass";
             return Err(DefError::unsuitable("body", row, allowed));
         }
         Ok(())

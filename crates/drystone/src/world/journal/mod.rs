@@ -176,7 +176,7 @@ impl core::fmt::Display for JournalError {
         match self {
             Self::NotAJournal => write!(f, "this is no journal of a world"),
             Self::Version { found, read } => {
-                write!(f, "the journal has version {found}, allowed is version {read}")
+                write!(f, "the journal must have version {read} (got {found})")
             }
             Self::Damaged => write!(f, "the journal was cut off or changed"),
             Self::Start(why) => write!(f, "the start of the journal: {why}"),
