@@ -172,7 +172,7 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
         ),
         (
             "{\"drystone\": 1, \"strands\": [{\"rope\": {\"from\": [0,0,0], \"to\": [1,0,0], \"links\": 0}}]}".to_owned(),
-            "strands[0].rope.links: is 0, expected 1 to 1,000,000",
+            "strands[0].rope.links: is 0, expected a number from 1 to 1,000,000",
         ),
     ];
     for (text, expected) in table {
