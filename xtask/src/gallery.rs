@@ -92,7 +92,7 @@ pub fn run(names: &[&str]) -> Outcome {
     let bytes: u64 = sizes.flatten().filter_map(|e| e.metadata().ok()).map(|m| m.len()).sum();
     println!("   {}: {} kB", folder.display(), bytes.div_ceil(1000));
     if bytes > MOST_BYTES {
-        return Err(format!("the gallery has {bytes} bytes, allowed are {MOST_BYTES}"));
+        return Err(format!("the gallery has {bytes} bytes, the maximum is {MOST_BYTES}"));
     }
     Ok(())
 }

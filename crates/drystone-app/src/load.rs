@@ -111,7 +111,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => {
             return Err(Failure::failed(format_args!(
-                "{shown}: no such file, allowed is {ALLOWED} or a built-in scene \
+                "{shown}: no such file, expected {ALLOWED} or a built-in scene \
                  (`drystone scenes` lists them)"
             )));
         }
@@ -119,11 +119,11 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         Ok(metadata) => metadata,
     };
     if metadata.is_dir() {
-        return Err(Failure::failed(format_args!("{shown}: is a directory, allowed is {ALLOWED}")));
+        return Err(Failure::failed(format_args!("{shown}: is a directory, expected {ALLOWED}")));
     }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(
-            "{shown}: its name has no known ending, allowed is {ALLOWED}"
+            "{shown}: its name has no known ending, expected {ALLOWED}"
         )));
     }
     let is_robot = has_extension(path, &["urdf"]);

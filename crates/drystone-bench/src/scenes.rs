@@ -53,7 +53,7 @@ pub enum SceneError {
     #[error("{0}")]
     File(drystone_scene::SceneError),
     /// A list with nothing between two commas.
-    #[error("a scene has no name, allowed is a list such as stack:n=30,top_mass_ratio=100,washer")]
+    #[error("a scene has no name, expected a list such as stack:n=30,top_mass_ratio=100,washer")]
     Empty,
 }
 

@@ -17,7 +17,7 @@ pub enum RenderError {
     },
     /// A picture of this size cannot be drawn.
     #[error(
-        "a picture of {width}x{height} points is asked for, allowed is 1x1 to {most}x{most}, with {points} points in all"
+        "the picture size must be from 1x1 to {most}x{most} with at most {points} points in all (got {width}x{height})"
     )]
     Size {
         /// Points across.

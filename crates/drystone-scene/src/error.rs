@@ -79,7 +79,7 @@ impl Display for SceneError {
         }
         write!(f, "{}", line(&self.problem, 300))?;
         if !self.allowed.is_empty() {
-            write!(f, ", allowed is {}", line(&self.allowed, 500))?;
+            write!(f, ", expected {}", line(&self.allowed, 500))?;
         }
         Ok(())
     }

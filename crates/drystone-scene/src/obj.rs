@@ -182,7 +182,7 @@ impl LoadedObj {
 /// The mesh that shows an object, if there is room for it.
 fn drawn(object: &Object, room: &mut Room) -> Result<VisualMesh, String> {
     let corners = 3 * object.surface.triangles.len();
-    let refused = |problem: String| format!("{problem}, allowed is {}", look::ALLOWED);
+    let refused = |problem: String| format!("{problem}, expected {}", look::ALLOWED);
     // Before it takes memory.
     room.check(look::size(object.surface.points.len(), corners)).map_err(refused)?;
     room.check(corners).map_err(refused)?;

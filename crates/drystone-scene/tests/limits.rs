@@ -56,7 +56,7 @@ fn copies_without_end_are_refused() {
         ))
     };
     refused(inside(r#"<replicate count="199999">"#, "</replicate>", 2), "more than 200000 bodies");
-    refused(inside(r#"<replicate count="1">"#, "</replicate>", 17), "allowed is 16 deep");
+    refused(inside(r#"<replicate count="1">"#, "</replicate>", 17), "expected 16 deep");
     // Sites are no bodies.
     let sites = r#"<site name="s"/>"#.repeat(1000);
     let many = format!(
@@ -176,7 +176,7 @@ fn nodes_without_end_in_one_another_are_refused() {
     let node = |i: usize| format!(r#"{{"mesh":0,"children":[{}]}}"#, i + 1);
     let mut nodes: Vec<String> = (0..1500).map(node).collect();
     nodes.push("{}".to_owned());
-    refused(gltf_of(&document(3, &nodes.join(","))), "allowed is up to 1024 nodes");
+    refused(gltf_of(&document(3, &nodes.join(","))), "expected up to 1024 nodes");
 }
 
 #[test]

@@ -113,16 +113,16 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
     let table = [
         (
             "{\"drystone\": 2}".to_owned(),
-            "line 1 column 14: drystone: is 2, allowed is 1, the version of the format",
+            "line 1 column 14: drystone: is 2, expected 1, the version of the format",
         ),
         ("{\"bodies\": []}".to_owned(), "drystone: the version is missing"),
         ("{\"drystone\": 1,\n \"bodies\": [}".to_owned(), "line 2 column 13: broken JSON"),
-        (body("\"colour\": 1"), "line 3 column 11: bodies[0].colour: unknown field `colour`, allowed is one of `name`"),
-        (body("\"kind\": \"statik\""), "allowed is one of `static`, `kinematic`, `dynamic`"),
-        (body("\"position\": [1, 2]"), "bodies[0].position: is a list of 2, allowed is a list of 3"),
+        (body("\"colour\": 1"), "line 3 column 11: bodies[0].colour: unknown field `colour`, expected one of `name`"),
+        (body("\"kind\": \"statik\""), "expected one of `static`, `kinematic`, `dynamic`"),
+        (body("\"position\": [1, 2]"), "bodies[0].position: is a list of 2, expected a list of 3"),
         (
             body("\"shapes\": [{\"box\": {\"half_extents\": [1, 1, -1]}}]"),
-            "bodies[0].shapes[0].box.half_extents.z: is -1, allowed is a length",
+            "bodies[0].shapes[0].box.half_extents.z: is -1, expected a length",
         ),
         (
             body("\"shapes\": [{\"sphere\": {\"radius\": 0}, \"density\": 2}]"),
@@ -132,12 +132,12 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
             body("\"shapes\": [{\"sphere\": {\"radius\": 1}, \"density\": -2}]"),
             "line 3 column 52: bodies[0].shapes[0].density: is -2",
         ),
-        (body("\"shapes\": [{\"density\": 2}]"), "allowed is one of shape, sphere, capsule"),
+        (body("\"shapes\": [{\"density\": 2}]"), "expected one of shape, sphere, capsule"),
         (
             body("\"shapes\": [{\"sphere\": {\"radius\": 1}, \"material\": \"ice\"}]"),
-            "bodies[0].shapes[0].material: is \"ice\", which no material is called, allowed is none",
+            "bodies[0].shapes[0].material: is \"ice\", which no material is called, expected none",
         ),
-        (body("\"rotation\": [1, 1, 1, 1]"), "bodies[0].rotation: is [1, 1, 1, 1], allowed is a unit"),
+        (body("\"rotation\": [1, 1, 1, 1]"), "bodies[0].rotation: is [1, 1, 1, 1], expected a unit"),
         (body("\"name\": \"a\"}, {\"name\": \"a\""), "bodies[1].name: another body is called \"a\""),
         (
             "{\"drystone\": 1, \"world\": {\"contact\": {\"margin\": -1}}}".to_owned(),
@@ -145,26 +145,26 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
         ),
         (
             "{\"drystone\": 1, \"world\": {\"method\": \"magic\"}}".to_owned(),
-            "world.method: is \"magic\", allowed is soft-step",
+            "world.method: is \"magic\", expected soft-step",
         ),
         (
             "{\"drystone\": 1, \"bodies\": [{}, {\"name\": \"b\"}], \"joints\": [{\"body_a\": 0, \"body_b\": \"c\", \"ball\": {}}]}"
                 .to_owned(),
-            "joints[0].body_b: is \"c\", which none of the bodies is, allowed is \"#0\", \"b\"",
+            "joints[0].body_b: is \"c\", which none of the bodies is, expected \"#0\", \"b\"",
         ),
         (
             "{\"drystone\": 1, \"bodies\": [{}, {}], \"joints\": [{\"body_a\": 0, \"body_b\": 1, \"hinge\": {\"limits\": [1, 0]}}]}"
                 .to_owned(),
             "joints[0].hinge.limits: is [1, 0]",
         ),
-        (body("\"shapes\": [{\"sphere\": 0.5}]"), "sphere: is 0.5, allowed is an object"),
-        (body("\"shapes\": {}"), "bodies[0].shapes: is an object, allowed is a list"),
-        (body("\"gravity_scale\": \"1\""), "gravity_scale: is \"1\", allowed is a number"),
-        ("{\"drystone\": 1.5}".to_owned(), "is 1.5, allowed is a whole number"),
+        (body("\"shapes\": [{\"sphere\": 0.5}]"), "sphere: is 0.5, expected an object"),
+        (body("\"shapes\": {}"), "bodies[0].shapes: is an object, expected a list"),
+        (body("\"gravity_scale\": \"1\""), "gravity_scale: is \"1\", expected a number"),
+        ("{\"drystone\": 1.5}".to_owned(), "is 1.5, expected a whole number"),
         (
             "{\"drystone\": 1, \"strands\": [{\"cloud\": {\"points\": [[0, 0, 0]]}, \"pins\": [0, 1]}]}"
                 .to_owned(),
-            "strands[0].pins[1]: is 1, allowed is below 1",
+            "strands[0].pins[1]: is 1, expected below 1",
         ),
         (body("\"user_data\": 18446744073709551615, \"mass\": 1e39"), "line 3 column 47: a number is too large"),
         (
@@ -173,7 +173,7 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
         ),
         (
             "{\"drystone\": 1, \"strands\": [{\"rope\": {\"from\": [0,0,0], \"to\": [1,0,0], \"links\": 0}}]}".to_owned(),
-            "strands[0].rope.links: is 0, allowed is 1 to 1,000,000",
+            "strands[0].rope.links: is 0, expected a number from 1 to 1,000,000",
         ),
     ];
     for (text, expected) in table {
@@ -338,13 +338,13 @@ fn parts_that_cannot_be_are_refused_at_their_place() {
     assert!(circle.to_string().contains("circle.json is a part of itself"), "{circle}");
     let table = [
         (r#"{"file": "none.json", "name": "a"}"#, "parts[0].file"),
-        (r#"{"file": "/etc/passwd", "name": "a"}"#, "allowed is a path relative to this file"),
+        (r#"{"file": "/etc/passwd", "name": "a"}"#, "expected a path relative to this file"),
         (r#"{"file": "a.txt", "name": "a"}"#, "its name has no known ending"),
         (r#"{"file": "pendulum.json", "name": ""}"#, "parts[0].name: is empty"),
         (r#"{"file": "pendulum.json", "name": "a", "base": "fixed"}"#, "it is no .urdf file"),
         (
             r#"{"file": "wrong.json", "name": "a"}"#,
-            "bodies[0].kind: is of another kind, allowed is a word",
+            "bodies[0].kind: is of another kind, expected a word",
         ),
         (
             r#"{"file": "pendulum.json", "name": "a"}, {"file": "pendulum.json", "name": "a"}"#,

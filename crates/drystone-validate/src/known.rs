@@ -23,7 +23,7 @@ pub struct KnownError {
 
 impl core::fmt::Display for KnownError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "line {}: allowed is an error and a row, such as `0.05  A16 e 0.5`", self.line)
+        write!(f, "line {}: expected an error and a row, such as `0.05  A16 e 0.5`", self.line)
     }
 }
 

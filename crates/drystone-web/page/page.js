@@ -47,7 +47,7 @@ function refuse(name, why) {
 async function open(name, size, read) {
   try {
     if (!(size <= MOST_BYTES)) {
-      refuse(name, `has ${Math.ceil(size / 1048576)} MB, allowed are ${MOST_BYTES >> 20} MB`);
+      refuse(name, `has ${Math.ceil(size / 1048576)} MB, the maximum is ${MOST_BYTES >> 20} MB`);
       return;
     }
     drystone.drystone_open_file(name, new Uint8Array(await read()), isPlayer);

@@ -38,7 +38,7 @@ struct Way {
 pub fn run(words: &[&str]) -> Outcome {
     let unknown = words.iter().find(|word| TARGETS.iter().all(|target| target.name != **word));
     if let Some(unknown) = unknown {
-        return Err(format!("cargo xtask targets {unknown}: allowed are aarch64 and wasm"));
+        return Err(format!("cargo xtask targets {unknown}: expected aarch64 or wasm"));
     }
     for target in TARGETS.iter().filter(|t| words.is_empty() || words.contains(&t.name)) {
         prepare(target)?;

@@ -98,6 +98,6 @@ fn weigh(folder: &Path) -> Outcome {
     if total <= MOST_BYTES {
         Ok(())
     } else {
-        Err(format!("the page has {total} bytes compressed, allowed are {MOST_BYTES}"))
+        Err(format!("the page has {total} bytes compressed, the maximum is {MOST_BYTES}"))
     }
 }

@@ -20,7 +20,7 @@ pub fn run(words: &[&str]) -> Outcome {
         ["serve"] => serve("8080"),
         ["serve", port] => serve(port),
         _ => Err(format!(
-            "cargo xtask web {}: allowed are build, test [PART…], serve [PORT]",
+            "cargo xtask web {}: expected build, test [PART…], serve [PORT]",
             words.join(" ")
         )),
     }

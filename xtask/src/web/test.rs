@@ -366,7 +366,7 @@ fn files(test: &mut Test) -> Outcome {
     let whole = fs::read(&good).map_err(io)?;
     fs::write(&cut, &whole[..whole.len() / 2]).map_err(io)?;
     for (path, says) in
-        [(&broken, "glb"), (&cut, "ends before"), (&other, "JSON"), (&huge, "allowed are 64 MB")]
+        [(&broken, "glb"), (&cut, "ends before"), (&other, "JSON"), (&huge, "the maximum is 64 MB")]
     {
         refused(test, path, says, at)?;
     }

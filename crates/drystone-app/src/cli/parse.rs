@@ -20,7 +20,7 @@ pub(super) fn number<T: FromStr>(
     allowed: &str,
     fits: impl Fn(&T) -> bool,
 ) -> Result<T, String> {
-    text.trim().parse().ok().filter(fits).ok_or_else(|| format!("allowed is {allowed}"))
+    text.trim().parse().ok().filter(fits).ok_or_else(|| format!("expected {allowed}"))
 }
 
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
@@ -41,7 +41,7 @@ pub(super) fn assignment(text: &str) -> Result<(String, String), String> {
         Some((key, value)) if !key.trim().is_empty() => {
             Ok((key.trim().to_owned(), value.trim().to_owned()))
         }
-        _ => Err("allowed is KEY=VALUE, such as sleep.enabled=false".to_owned()),
+        _ => Err("expected KEY=VALUE, such as sleep.enabled=false".to_owned()),
     }
 }
 
@@ -50,7 +50,7 @@ pub(super) fn bake_path(text: &str) -> Result<PathBuf, String> {
     if has_extension(&path, &["glb", "gltf"]) {
         Ok(path)
     } else {
-        Err("allowed is a file name that ends in .glb or .gltf".to_owned())
+        Err("expected a file name that ends in .glb or .gltf".to_owned())
     }
 }
 
@@ -59,7 +59,7 @@ pub(super) fn convert_path(text: &str) -> Result<PathBuf, String> {
     if has_extension(&path, &["json", "glb", "gltf"]) {
         Ok(path)
     } else {
-        Err("allowed is a file name that ends in .json (the own format), .glb or .gltf".to_owned())
+        Err("expected a file name that ends in .json (the own format), .glb or .gltf".to_owned())
     }
 }
 
@@ -68,7 +68,7 @@ pub(super) fn render_path(text: &str) -> Result<PathBuf, String> {
     if RenderKind::of(&path).is_some() {
         Ok(path)
     } else {
-        Err("allowed is a file name that ends in .png, .gif, .mp4, .webm, .mkv or .mov; of numbered \
+        Err("expected a file name that ends in .png, .gif, .mp4, .webm, .mkv or .mov; of numbered \
              pictures with one number such as %04d"
             .to_owned())
     }
@@ -79,7 +79,7 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let parts = text.split_once(['x', 'X', '×']);
     parts
         .and_then(|(width, height)| Some((side(width)?, side(height)?)))
-        .ok_or_else(|| "allowed is a size from 1x1 to 16384x16384, such as 1280x720".to_owned())
+        .ok_or_else(|| "expected a size from 1x1 to 16384x16384, such as 1280x720".to_owned())
 }
 
 pub(super) fn fps(text: &str) -> Result<f64, String> {
@@ -90,5 +90,5 @@ pub(super) fn fps(text: &str) -> Result<f64, String> {
 
 pub(super) fn height(text: &str) -> Result<f32, String> {
     let number = text.parse::<f32>().ok().filter(|z| z.abs() <= 1.0e6);
-    number.ok_or_else(|| "allowed is a height of at most 1e6 m either way".to_owned())
+    number.ok_or_else(|| "expected a height within ±1e6 m".to_owned())
 }

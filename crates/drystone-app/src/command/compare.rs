@@ -107,7 +107,7 @@ fn configure(config: &mut WorldConfig, args: &Compare, spec: &str) -> Result<(),
     for setting in settings.split(',').filter(|s| !s.trim().is_empty()) {
         let Some((key, value)) = setting.split_once('=') else {
             return Err(Failure::usage(format_args!(
-                "--with {spec}: '{setting}', allowed is METHOD:KEY=VALUE,KEY=VALUE"
+                "--with {spec}: '{setting}', expected METHOD:KEY=VALUE,KEY=VALUE"
             )));
         };
         pairs.push((key.trim().to_owned(), value.trim().to_owned()));

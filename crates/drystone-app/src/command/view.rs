@@ -70,7 +70,7 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     let size = std::fs::metadata(Path::new(&source.scene)).map_or(0, |m| m.len());
     if size > MOST_BYTES {
         return Err(Failure::failed(format_args!(
-            "{}: has {} MB, allowed are {} MB",
+            "{}: has {} MB, the maximum is {} MB",
             source.scene,
             size >> 20,
             MOST_BYTES >> 20

@@ -33,7 +33,7 @@ pub(crate) fn after_title<'a>(
     if version == VERSION {
         return Ok(rest);
     }
-    Err(format!("is a {called} of version {version}, allowed is version {VERSION}"))
+    Err(format!("is a {called} of version {version}, expected version {VERSION}"))
 }
 
 /// A value as a chunk.
@@ -86,6 +86,6 @@ mod tests {
         assert_eq!(wrong(&file, b"another "), "is no thing");
         assert_eq!(wrong(&file[..11], b"a thing "), "is no thing");
         file[8] = 9;
-        assert!(wrong(&file, b"a thing ").contains("version 9, allowed is version 1"));
+        assert!(wrong(&file, b"a thing ").contains("version 9, expected version 1"));
     }
 }

@@ -119,7 +119,7 @@ impl FromStr for CameraSpec {
                 None if ["front", "right", "back", "left", "top", "auto"].contains(&part) => {}
                 None if part == "turntable" => spec.turn = Turn::Once,
                 Some((key, value)) if spec.set(key.trim(), value.trim()).is_some() => {}
-                _ => return Err(format!("'{part}' is not understood, allowed is {ALLOWED}")),
+                _ => return Err(format!("'{part}' is not understood, expected {ALLOWED}")),
             }
         }
         Ok(spec)

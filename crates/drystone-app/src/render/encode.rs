@@ -276,7 +276,7 @@ fn ffmpeg(
         if e.kind() == ErrorKind::NotFound {
             Failure::failed(format_args!(
                 "{shown}: films are made by ffmpeg, which is not installed (Debian and Ubuntu: `apt-get \
-                 install ffmpeg`); without it allowed is a name that ends in .gif, or numbered \
+                 install ffmpeg`); without it the name must end in .gif, or numbered \
                  pictures such as frame-%04d.png"
             ))
         } else {

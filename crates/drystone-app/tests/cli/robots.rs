@@ -67,7 +67,7 @@ fn broken_robots_and_scenes_of_mujoco_are_refused_in_one_line() {
         ("a.urdf", "<robot><link name=\"a\">", "line 1: broken XML"),
         ("b.urdf", "<robot/>", "it has no link"),
         ("c.xml", "<mujoco><worldbody><body/></mujoco>", "line 1: broken XML"),
-        ("d.xml", "<robot/>", "the outermost element is <robot>, allowed is <mujoco>"),
+        ("d.xml", "<robot/>", "the outermost element is <robot>, expected <mujoco>"),
         ("e.xml", "", "it is empty"),
         (
             "f.xml",

@@ -86,7 +86,9 @@ pub(super) fn cradle(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
     if pulled > balls {
         return Err(CatalogError::Together {
             scene: "cradle",
-            problem: format!("pulled is {pulled}, allowed is at most the number of balls, {balls}"),
+            problem: format!(
+                "`pulled` must be at most the number of balls, {balls} (got {pulled})"
+            ),
         });
     }
     gravity_10(&mut scene);

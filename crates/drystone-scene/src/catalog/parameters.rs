@@ -127,7 +127,7 @@ pub enum CatalogError {
         key: &'static str,
     },
     /// A value is not a number, or out of range.
-    #[error("scene {scene}: {key} is '{value}', allowed is {allowed}")]
+    #[error("scene {scene}: {key} is '{value}', expected {allowed}")]
     BadValue {
         /// The scene.
         scene: &'static str,

@@ -374,7 +374,7 @@ pub(super) fn catenary_arch(mut scene: Scene, values: &Values) -> Result<Scene, 
     if count.is_multiple_of(2) {
         return Err(CatalogError::Together {
             scene: "catenary_arch",
-            problem: format!("stones is {count}, allowed is an odd number"),
+            problem: format!("`stones` must be an odd number (got {count})"),
         });
     }
     scene.hz = 100.0;

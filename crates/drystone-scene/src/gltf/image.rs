@@ -28,7 +28,7 @@ pub(super) fn decode(bytes: &[u8], room: u64) -> Result<Image, String> {
 /// Looks at the size before anything is unpacked.
 fn check_size(width: u64, height: u64, room: u64) -> Result<(), String> {
     if width == 0 || height == 0 || width.saturating_mul(height) > MOST_POINTS {
-        return Err(format!("has {width}x{height} points, allowed are {MOST_POINTS} in all"));
+        return Err(format!("has {width}x{height} points, the maximum is {MOST_POINTS}"));
     }
     let (mut across, mut down) = (width, height);
     while across.max(down) > u64::from(MOST_SIDE) {

@@ -129,7 +129,7 @@ mod tests {
         for (text, part) in [
             ("v 0 0\n", "line 1"),
             ("v 0 0 nan\n", "line 1"),
-            ("v 0 0 0\nf 1 2 3\n", "line 2: corner \"2\", allowed is vertices 1 to 1"),
+            ("v 0 0 0\nf 1 2 3\n", "line 2: corner \"2\", expected vertices 1 to 1"),
             ("v 0 0 0\nf 1 1\n", "2 corners"),
         ] {
             let e = objects(text).unwrap_err().to_string();

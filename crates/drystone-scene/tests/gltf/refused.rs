@@ -48,7 +48,7 @@ fn what_is_wrong_is_said_in_one_line() {
             edit("/nodes/1/translation", json!([0, null, 0])),
             "nodes[1].translation[1]: is null",
         ),
-        ("mass", edit(&format!("{body}/motion/mass"), json!(-1)), "motion.mass: is -1, allowed is"),
+        ("mass", edit(&format!("{body}/motion/mass"), json!(-1)), "motion.mass: is -1, expected"),
         (
             "shape",
             edit(&format!("{body}/collider/geometry"), json!({"shape": 7})),
@@ -57,7 +57,7 @@ fn what_is_wrong_is_said_in_one_line() {
         (
             "node",
             edit(&format!("{body}/collider/geometry/node"), json!(9)),
-            "geometry.node: is 9, allowed is 0 to 1",
+            "geometry.node: is 9, expected 0 to 1",
         ),
         ("none", edit(&format!("{body}/collider/geometry"), json!({})), "no geometry"),
         ("three", three.to_string(), "at least 4 points"),
@@ -72,7 +72,7 @@ fn what_is_wrong_is_said_in_one_line() {
         ("beside", edit("/buffers/0/uri", json!("no-such.bin")), "no-such.bin"),
         ("url", edit("/buffers/0/uri", json!("https://example.org/a.bin")), "relative"),
         ("version", edit("/asset/version", json!("1.0")), "asset.version"),
-        ("scene", edit("/scene", json!(3)), "scene: is 3, allowed is 0 to 0"),
+        ("scene", edit("/scene", json!(3)), "scene: is 3, expected 0 to 0"),
     ];
     let check = |path: &Path, part: &str| {
         let line = match gltf::load(path, &Options::default()) {

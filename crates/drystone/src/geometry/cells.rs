@@ -49,10 +49,12 @@ pub enum CutError {
 impl core::fmt::Display for CutError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Sites(n) => write!(f, "{n} sites, allowed are 1 to {MOST_SITES}"),
+            Self::Sites(n) => {
+                write!(f, "the number of sites must be from 1 to {MOST_SITES} (got {n})")
+            }
             Self::Site(i) => write!(f, "site {i} is not finite or beyond 1e7 m"),
             Self::LeastVolume(v) => {
-                write!(f, "the least volume is {v}, allowed is a finite number of at least 0")
+                write!(f, "the least volume must be a finite number of at least 0 (got {v})")
             }
             Self::Hull(e) => write!(f, "a piece has no hull: {e}"),
         }

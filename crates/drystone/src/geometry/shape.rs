@@ -68,13 +68,13 @@ pub struct ShapeError {
     pub field: &'static str,
     /// Its value.
     pub value: f32,
-    /// Allowed range, in words.
+    /// The allowed values, worded to follow "must be".
     pub allowed: &'static str,
 }
 
 impl core::fmt::Display for ShapeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} is {}, allowed is {}", self.field, self.value, self.allowed)
+        write!(f, "`{}` must be {} (got {})", self.field, self.allowed, self.value)
     }
 }
 
@@ -188,10 +188,14 @@ impl Shape {
             Self::HalfSpace { normal, offset } => {
                 let length = normal.length();
                 if !((length - 1.0).abs() < 1.0e-3) {
-                    return Err(ShapeError { field: "normal", value: length, allowed: "length 1" });
+                    return Err(ShapeError {
+                        field: "normal",
+                        value: length,
+                        allowed: "a vector of length 1",
+                    });
                 }
                 if !limits::POSITION.admits(offset) {
-                    let allowed = "a finite number up to 1e7 m";
+                    let allowed = "a number within ±1e7 m";
                     return Err(ShapeError { field: "offset", value: offset, allowed });
                 }
                 Ok(())

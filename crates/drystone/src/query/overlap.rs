@@ -45,7 +45,7 @@ impl Query<'_> {
     ) -> Result<(), DefError> {
         for (field, corner) in [("bounds.min", bounds.min), ("bounds.max", bounds.max)] {
             if corner.to_array().into_iter().any(f32::is_nan) {
-                return Err(DefError::of_vec(field, corner, "numbers"));
+                return Err(DefError::of_vec(field, corner, "three numbers"));
             }
         }
         self.collect(&bounds, &filter.into(), shapes, |row| {

@@ -101,7 +101,7 @@ impl Pair {
             let b_in_a = pose_b.relative(pose_a);
             return Ok(Self { a: second, b: first, at: *pose_b, b_in_a, flipped: true });
         }
-        let allowed = format!("a convex shape, where the other one is a {}", a.kind());
+        let allowed = format!("a convex shape, because the first shape is a {}", a.kind());
         Err(DefError::unsuitable("other", b.kind(), &allowed))
     }
 

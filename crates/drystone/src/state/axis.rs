@@ -5,7 +5,8 @@ use core::fmt::{self, Display};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-/// An axis of a joint's frame: a motion along it, or a turn about it by the right hand.
+/// An axis of a joint's frame: a translation along it, or a rotation about it by the right-hand
+/// rule.
 ///
 /// ```
 /// use drystone::Axis;
@@ -16,38 +17,38 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Axis {
-    /// Motion along x [m].
+    /// Translation along x [m].
     X,
-    /// Motion along y [m].
+    /// Translation along y [m].
     Y,
-    /// Motion along z [m].
+    /// Translation along z [m].
     Z,
-    /// Turn about x [rad].
+    /// Rotation about x [rad].
     TurnX,
-    /// Turn about y [rad].
+    /// Rotation about y [rad].
     TurnY,
-    /// Turn about z [rad].
+    /// Rotation about z [rad].
     TurnZ,
 }
 
 impl Axis {
-    /// All of them: the motions, then the turns.
+    /// All axes: the translations, then the rotations.
     pub const ALL: &'static [Self] =
         &[Self::X, Self::Y, Self::Z, Self::TurnX, Self::TurnY, Self::TurnZ];
 
-    /// True for the three turns.
+    /// True for the three rotations.
     #[must_use]
     pub const fn is_turn(self) -> bool {
         matches!(self, Self::TurnX | Self::TurnY | Self::TurnZ)
     }
 
-    /// Its place in [`Self::ALL`], 0 to 5.
+    /// Index in [`Self::ALL`], 0 to 5.
     #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
 
-    /// The path of its field in a definition: `linear[0]` for x.
+    /// Path of its field in a definition: `linear[0]` for x.
     pub(crate) const fn path(self) -> &'static str {
         match self {
             Self::X => "linear[0]",

@@ -14,20 +14,21 @@ use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::geometry::shape::Shape;
 
-/// What moves a body.
+/// The cause of a body's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum BodyKind {
-    /// Nothing: it stays where it is put.
+    /// It never moves.
     Static,
-    /// Its velocity, which only the user changes: it pushes others and is never pushed.
+    /// It moves at its velocity, which only the user changes. It pushes other bodies and is never
+    /// pushed.
     Kinematic,
-    /// Forces, contacts and joints.
+    /// Forces, contacts and joints move it.
     #[default]
     Dynamic,
 }
 
-/// Where a dynamic body's mass comes from.
+/// The source of a dynamic body's mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum MassDef {
@@ -36,14 +37,14 @@ pub enum MassDef {
     FromShapes,
     /// This mass [kg, above 0]; center and inertia in proportion to the shapes.
     Mass(f32),
-    /// Given in full.
+    /// An exact mass, center and inertia, independent of the shapes.
     Exact {
         /// Mass [kg]; above 0.
         mass: f32,
         /// Center of mass [m, body].
         center: Vec3,
-        /// Inertia about the center of mass [kg m², body axes]; positive, or 0 along a principal axis
-        /// to lock rotation about it.
+        /// Inertia about the center of mass [kg m², body axes]; positive, or 0 along a principal
+        /// axis to lock rotation about it.
         inertia: Sym3,
     },
 }
@@ -73,71 +74,72 @@ impl MassDef {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct AxisLocks {
-    /// No translation along x, y, z.
+    /// Locked translations along x, y, z.
     pub linear: [bool; 3],
-    /// No rotation about x, y, z.
+    /// Locked rotations about x, y, z.
     pub angular: [bool; 3],
 }
 
 impl AxisLocks {
-    /// Nothing locked.
+    /// No locks.
     pub const NONE: Self = Self { linear: [false; 3], angular: [false; 3] };
-    /// No rotation at all.
+    /// All rotations locked.
     pub const ROTATION: Self = Self { linear: [false; 3], angular: [true; 3] };
     /// Motion in the xy plane only.
     pub const PLANE_XY: Self = Self { linear: [false, false, true], angular: [true, true, false] };
 
-    /// True if something is locked.
+    /// True if any axis is locked.
     #[must_use]
     pub fn any(self) -> bool {
         self != Self::NONE
     }
 }
 
-/// A body, with its shapes.
+/// The definition of a body with its shapes.
 ///
 /// The manual: [bodies](crate::manual::bodies).
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BodyDef {
-    /// What moves it.
+    /// Kind; default dynamic.
     pub kind: BodyKind,
-    /// Where its origin is [m, world].
+    /// Position of its origin [m, world]; default 0.
     pub position: Vec3,
-    /// How it is turned; unit.
+    /// Rotation, unit; default identity.
     pub rotation: Quat,
     /// Velocity of the center of mass [m/s, world].
     pub linear_velocity: Vec3,
     /// Angular velocity [rad/s, world].
     pub angular_velocity: Vec3,
-    /// Mass, center and inertia (dynamic bodies).
+    /// Mass, center and inertia (dynamic bodies); default from the shapes.
     pub mass: MassDef,
-    /// Gravity counts this many times; default 1.
+    /// Factor by which gravity acts on it, -1000 to 1000; default 1.
     pub gravity_scale: f32,
-    /// Linear velocity decays at this rate [1/s]; at least 0; default 0.
+    /// Rate at which the linear velocity decays [1/s]; at least 0; default 0.
     pub linear_damping: f32,
-    /// Angular velocity decays at this rate [1/s]; at least 0; default 0.
+    /// Rate at which the angular velocity decays [1/s]; at least 0; default 0.
     pub angular_damping: f32,
-    /// Axes it cannot move along or about.
+    /// Axes along or about which it cannot move; default none.
     pub locks: AxisLocks,
     /// Whether it may fall asleep; default true.
     pub can_sleep: bool,
-    /// Speed below which it is slow [m/s], if not the world's `sleep.speed`; at least 0. Whether it may sleep then is
-    /// said by [`crate::config::SleepConfig`].
+    /// Speed below which it is slow [m/s], at least 0; default `None`: the world's `sleep.speed`.
+    /// For the other conditions of sleep see [`crate::config::SleepConfig`].
     pub sleep_speed: Option<f32>,
     /// Whether it sleeps from the start; default false.
     pub asleep: bool,
-    /// Whether it is in the world from the start; default true. See [`BodyMut::set_enabled`](crate::BodyMut::set_enabled).
+    /// Whether it is in the world from the start; default true. See
+    /// [`BodyMut::set_enabled`](crate::BodyMut::set_enabled).
     pub enabled: bool,
     /// Its shapes; several make a compound.
     pub shapes: Vec<ShapeDef>,
-    /// Bonds between its shapes, which come apart under stress (dynamic bodies whose mass is not given in full);
-    /// default `None`: shapes never come apart.
+    /// Bonds between its shapes, which break under stress (dynamic bodies without an exact mass);
+    /// default `None`: the shapes never come apart.
     pub glue: Option<Glue>,
-    /// Breaks into pieces where it is hit (dynamic bodies of one box or hull whose mass is not given in full);
+    /// Fracture into pieces when hit (dynamic bodies of one box or hull without an exact mass);
     /// default `None`: never.
     pub fracture: Option<Fracture>,
-    /// Any number of the user's.
+    /// A number for the user.
     pub user_data: u64,
 }
 
@@ -167,19 +169,19 @@ impl Default for BodyDef {
 }
 
 impl BodyDef {
-    /// A body moved by forces.
+    /// A dynamic body.
     #[must_use]
     pub fn dynamic() -> Self {
         Self::default()
     }
 
-    /// A body that never moves: of [`BodyKind::Static`].
+    /// A body that never moves: [`BodyKind::Static`].
     #[must_use]
     pub fn fixed() -> Self {
         Self { kind: BodyKind::Static, ..Self::default() }
     }
 
-    /// A body moved by its velocity alone.
+    /// A body moved only by its velocity: [`BodyKind::Kinematic`].
     #[must_use]
     pub fn kinematic() -> Self {
         Self { kind: BodyKind::Kinematic, ..Self::default() }
@@ -191,7 +193,7 @@ impl BodyDef {
         Self { position: position.into(), ..self }
     }
 
-    /// Turned so; normalized if it is close to unit length.
+    /// With this rotation; normalized if it is close to unit length.
     #[must_use]
     pub fn with_rotation(self, rotation: impl Into<Quat>) -> Self {
         Self { rotation: rotation.into(), ..self }
@@ -223,7 +225,7 @@ impl BodyDef {
         self
     }
 
-    /// With this mass [kg] in place of that from densities.
+    /// With this mass [kg] in place of the mass from densities.
     #[must_use]
     pub fn with_mass(self, mass: f32) -> Self {
         Self { mass: MassDef::Mass(mass), ..self }
@@ -236,25 +238,25 @@ impl BodyDef {
         Self { mass: MassDef::Exact { mass, center, inertia }, ..self }
     }
 
-    /// With gravity that counts this many times: 0 floats, 1 falls.
+    /// With this gravity factor: 0 floats, 1 falls.
     #[must_use]
     pub fn with_gravity_scale(self, scale: f32) -> Self {
         Self { gravity_scale: scale, ..self }
     }
 
-    /// With velocities that decay at these rates [1/s], the linear and the angular one.
+    /// With these decay rates of linear and angular velocity [1/s].
     #[must_use]
     pub fn with_damping(self, linear: f32, angular: f32) -> Self {
         Self { linear_damping: linear, angular_damping: angular, ..self }
     }
 
-    /// Not moving along or about these axes.
+    /// With these locked axes.
     #[must_use]
     pub fn with_locks(self, locks: AxisLocks) -> Self {
         Self { locks, ..self }
     }
 
-    /// Falling asleep below this speed [m/s] in place of the world's.
+    /// With this sleep speed [m/s] in place of the world's.
     #[must_use]
     pub fn with_sleep_speed(self, speed: f32) -> Self {
         Self { sleep_speed: Some(speed), ..self }
@@ -272,13 +274,13 @@ impl BodyDef {
         Self { asleep: true, ..self }
     }
 
-    /// Out of the world until [`BodyMut::set_enabled`](crate::BodyMut::set_enabled) puts it in.
+    /// Out of the world until [`BodyMut::set_enabled`](crate::BodyMut::set_enabled) enables it.
     #[must_use]
     pub fn starts_disabled(self) -> Self {
         Self { enabled: false, ..self }
     }
 
-    /// With this number of the user's.
+    /// With this number for the user.
     #[must_use]
     pub fn with_user_data(self, user_data: u64) -> Self {
         Self { user_data, ..self }
@@ -290,13 +292,13 @@ impl BodyDef {
         Self { glue: Some(glue), ..self }
     }
 
-    /// Breaks so where it is hit.
+    /// With these fracture settings for hits.
     #[must_use]
     pub fn with_fracture(self, fracture: Fracture) -> Self {
         Self { fracture: Some(fracture), ..self }
     }
 
-    /// Checks every field, those of the shapes too.
+    /// Checks every field, including those of the shapes.
     ///
     /// # Errors
     /// The first field that is out of range.
@@ -330,7 +332,7 @@ impl BodyDef {
                 (Some(Shape::Box { .. } | Shape::Hull(_)), None)
             );
             if self.glue.is_some() || !fits {
-                let allowed = "a body of one box or hull and no glue";
+                let allowed = "given to a body of one box or hull without glue";
                 let shapes = format!("{} shapes", self.shapes.len());
                 return Err(DefError::unsuitable("fracture", shapes, allowed));
             }
@@ -338,18 +340,23 @@ impl BodyDef {
         Ok(())
     }
 
-    /// Only what has mass can come apart, and how it is spread must be known.
+    /// Checks that it may break: only a dynamic body has a mass, and the mass must be distributed
+    /// over its shapes.
     fn can_break(&self) -> Result<(), DefError> {
         if self.kind != BodyKind::Dynamic {
             return Err(DefError::unsuitable("body", format!("{:?}", self.kind), "a dynamic body"));
         }
         if let MassDef::Exact { .. } = self.mass {
-            let allowed = "a mass from shapes, or their total";
+            let allowed = "computed from the shapes, or their total";
             return Err(DefError::unsuitable("mass", "given in full", allowed));
         }
         if let Some(i) = self.shapes.iter().position(|s| !s.sensor && !(s.density > 0.0)) {
             let value = format!("0 of shape {i}");
-            return Err(DefError::unsuitable("density", value, "above 0: each piece has a mass"));
+            return Err(DefError::unsuitable(
+                "density",
+                value,
+                "above 0, because each piece has a mass",
+            ));
         }
         Ok(())
     }

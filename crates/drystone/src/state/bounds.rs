@@ -1,4 +1,4 @@
-//! Boxes of all shapes in two trees: what stays where it is, and what may move.
+//! Boxes of all shapes in two trees: fixed shapes, and shapes that may move.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -9,18 +9,18 @@ use crate::base::aabb::Aabb;
 use crate::base::jobs::Jobs;
 use crate::geometry::rtree::RTree;
 
-/// The trees, and which shapes must look for new pairs.
+/// The trees, and the shapes that must search for new pairs.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Bounds {
     pub(crate) fixed: RTree,
     pub(crate) moving: RTree,
-    /// Rows of shapes whose box in the moving tree is new or changed. Rows of shapes that were removed
-    /// since may be among them, and a row may be there twice.
+    /// Rows of shapes whose box in the moving tree is new or changed. A row may occur twice, or
+    /// belong to a shape that was removed since.
     pub(crate) moved: Vec<u32>,
-    /// The same of the fixed tree.
+    /// The same for the fixed tree.
     pub(crate) placed: Vec<u32>,
-    /// How often the fixed tree changed.
+    /// Number of changes of the fixed tree.
     pub(crate) fixed_changes: u64,
 }
 
@@ -31,7 +31,7 @@ impl Clone for Bounds {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { fixed, moving, moved, placed, fixed_changes } = from;
         self.fixed.clone_from(fixed);
@@ -52,7 +52,7 @@ impl Bounds {
         }
     }
 
-    /// Enters a shape with this box.
+    /// Inserts a shape with this box.
     pub(crate) fn insert(&mut self, row: u32, fixed: bool, fat: Aabb, shapes: &mut Shapes) {
         let shape = shapes.at_mut(row);
         (shape.fixed, shape.fat) = (fixed, fat);
@@ -61,7 +61,7 @@ impl Bounds {
         changed.push(row);
     }
 
-    /// Takes a shape out, if it is in: those of bodies that were put aside are not.
+    /// Removes a shape from its tree, if it is there. Shapes of bodies that were put aside are not.
     pub(crate) fn remove(&mut self, row: u32, shapes: &Shapes) {
         let fixed = shapes.at(row).fixed;
         let tree = if fixed { &self.fixed } else { &self.moving };
@@ -70,7 +70,7 @@ impl Bounds {
         }
     }
 
-    /// Gives a shape another box.
+    /// Replaces the box of a shape.
     pub(crate) fn replace(&mut self, row: u32, fat: Aabb, shapes: &mut Shapes) {
         let shape = shapes.at_mut(row);
         shape.fat = fat;
@@ -79,7 +79,7 @@ impl Bounds {
         changed.push(row);
     }
 
-    /// Puts the trees in order.
+    /// Rebalances the trees.
     pub(crate) fn tidy(&mut self, jobs: &Jobs<'_>) {
         self.fixed.tidy(jobs);
         self.moving.tidy(jobs);

@@ -1,5 +1,5 @@
-//! What bodies break by: bonds between their shapes, and how they fracture. Written by the world, when bodies come
-//! and go and when they break.
+//! Breakable bodies: bonds between their shapes, and fracture settings. The world writes this table
+//! when bodies are added, removed or broken.
 
 use std::collections::BTreeMap;
 
@@ -15,16 +15,16 @@ use crate::base::math::Vec3;
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct GlueBond {
-    /// Numbers of its two pieces in [`Glued::pieces`].
+    /// Indices of its two pieces in [`Glued::pieces`].
     pub(crate) pieces: [usize; 2],
-    /// Middle of its face [m, frame of the body's origin].
+    /// Center of its face [m, frame of the body's origin].
     pub(crate) point: Vec3,
-    /// Unit, from the first piece to the second [body].
+    /// Unit normal from the first piece to the second [body].
     pub(crate) normal: Vec3,
-    /// [m²]
+    /// Area of its face [m²].
     pub(crate) area: f32,
     pub(crate) strength: BondStrength,
-    /// Stress of the last step over what it bears.
+    /// Ratio of the stress in the last step to the strength.
     pub(crate) load: f32,
 }
 
@@ -32,11 +32,11 @@ pub(crate) struct GlueBond {
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Glued {
-    /// Rows of the shapes, one a piece.
+    /// Rows of the shapes, one per piece.
     pub(crate) pieces: Vec<u32>,
     pub(crate) bonds: Vec<GlueBond>,
-    /// How far each piece gave way when the loads were last solved for: where the next solve begins; and what it
-    /// lacked. Empty: not known.
+    /// Displacement of each piece in the last solve for the loads, which starts the next one; and
+    /// the lack of each piece. Empty: not known.
     pub(crate) give: Vec<[f64; 6]>,
     pub(crate) lack: Vec<[f64; 6]>,
 }
@@ -48,7 +48,7 @@ impl Clone for Glued {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { pieces, bonds, give, lack } = from;
         self.pieces.clone_from(pieces);
@@ -59,7 +59,7 @@ impl Clone for Glued {
 }
 
 impl Glued {
-    /// Without the pieces that `keep` refuses, and their bonds.
+    /// Keeps only the pieces for which `keep` is true, and the bonds between them.
     pub(crate) fn retain(&mut self, keep: impl Fn(u32) -> bool) {
         let mut number = vec![usize::MAX; self.pieces.len()];
         let mut pieces = Vec::with_capacity(self.pieces.len());
@@ -79,13 +79,13 @@ impl Glued {
     }
 }
 
-/// All that breaks, besides joints. By the rows of bodies, in their order.
+/// All breakable bodies, by body row. Joints are not included.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Breakage {
     pub(crate) glued: BTreeMap<u32, Glued>,
     pub(crate) fractures: BTreeMap<u32, Fracture>,
-    /// Living bodies that are pieces of fractured ones.
+    /// Number of existing bodies that are pieces of fractured ones.
     pub(crate) pieces: usize,
 }
 
@@ -96,7 +96,7 @@ impl Clone for Breakage {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { glued, fractures, pieces } = from;
         copy::map(&mut self.glued, glued);
@@ -106,17 +106,17 @@ impl Clone for Breakage {
 }
 
 impl Breakage {
-    /// Whether impulses of contacts have to be summed up.
+    /// Whether impulses of contacts must be summed.
     pub(crate) fn any(&self) -> bool {
         !self.glued.is_empty() || !self.fractures.is_empty()
     }
 
-    /// Whether a body may come apart, or break into pieces.
+    /// Whether a body may come apart or fracture.
     pub(crate) fn breaks(&self, body: u32) -> bool {
         self.glued.contains_key(&body) || self.fractures.contains_key(&body)
     }
 
-    /// The body in a row is removed.
+    /// Removes the entries of a body that is being removed.
     pub(crate) fn forget(&mut self, body: u32, is_piece: bool) {
         self.glued.remove(&body);
         self.fractures.remove(&body);

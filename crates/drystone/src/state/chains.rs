@@ -1,7 +1,8 @@
-//! Chains: rods and threads in a row, which are solved at once. Found anew when links or attachments come or go.
+//! Chains: consecutive rods and threads, which are solved directly. Chains are searched again when
+//! links or attachments are added or removed.
 //!
-//! Where exactly two rods or threads meet at a particle that no body holds, they are of one chain; in a
-//! cloth, those of one line of it.
+//! Two rods or threads belong to one chain if exactly two meet at a particle that is not attached
+//! to a body. In a cloth, chains follow the lines of the cloth.
 
 use core::cmp::Reverse;
 use core::ops::Range;
@@ -12,18 +13,18 @@ use serde::{Deserialize, Serialize};
 use super::particles::{LaneKind, Particles};
 use crate::base::wide::{LANES, Lanes};
 
-/// Where a link of a chain stands among the blocks of links.
+/// Place of a chain's link in the blocks of links.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Spot {
     pub(crate) color: u32,
     pub(crate) block: u32,
     pub(crate) lane: u8,
-    /// The chain runs from its second particle to its first.
+    /// True if the chain runs from the link's second particle to its first.
     pub(crate) turned: bool,
 }
 
-/// One particle of each of eight chains, and the links to their next ones.
+/// One particle of each of eight chains, and the links to their next particles.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
@@ -31,23 +32,23 @@ pub(crate) struct ChainRow {
     /// Lines of the particles; 0 for an idle lane.
     pub(crate) line: [u32; LANES],
     pub(crate) length: Lanes,
-    /// 1 where the link can go slack.
+    /// 1 if the link can go slack.
     pub(crate) slack: Lanes,
-    /// 1 where the link acts in this step.
+    /// 1 if the link acts in this step.
     pub(crate) live: Lanes,
-    /// Impulse of a substep along `n` on the next particle [N s]; below 0: it pulls.
+    /// Impulse of a substep along `n` on the next particle [N s]; negative: it pulls.
     pub(crate) impulse: Lanes,
-    /// Its sum over substeps, beside a classic method.
+    /// Sum of the impulses over substeps, beside a classic method.
     pub(crate) total: Lanes,
-    /// To the next particle at the step's start [m].
+    /// Vector to the next particle at the step's start [m].
     pub(crate) gap: [Lanes; 3],
-    /// Unit, along which `impulse` was applied.
+    /// Unit vector along which `impulse` was applied.
     pub(crate) n: [Lanes; 3],
-    /// What a pass works with: see the kernels.
+    /// Working data of a pass: see the kernels.
     pub(crate) work: ChainWork,
 }
 
-/// Of a row, in a pass.
+/// Working data of a row in a pass.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(32))]
@@ -55,22 +56,22 @@ pub(crate) struct ChainWork {
     /// Velocity [m/s], and 1/mass [1/kg].
     pub(crate) v: [Lanes; 3],
     pub(crate) w: Lanes,
-    /// To the next particle, now [m].
+    /// Current vector to the next particle [m].
     pub(crate) now: [Lanes; 3],
     /// Direction in which the pass pushes.
     pub(crate) along: [Lanes; 3],
-    /// Impulse that turns the one of the link; and what the velocities become by it.
+    /// Impulse that rotates the link's impulse to the new direction, and the velocities after it.
     pub(crate) turn: [Lanes; 3],
     pub(crate) bend: [Lanes; 3],
-    /// Velocity along the link that is to go [m/s].
+    /// Velocity along the link to remove [m/s].
     pub(crate) error: Lanes,
-    /// Diagonal of the system, and what is beside it toward the next link.
+    /// Diagonal of the system, and the off-diagonal entry toward the next link.
     pub(crate) k: Lanes,
     pub(crate) beside: Lanes,
-    /// Of the elimination.
+    /// Intermediate values of the elimination.
     pub(crate) up: Lanes,
     pub(crate) change: Lanes,
-    /// 1 where the link is solved, 0 where it is slack.
+    /// 1 if the link is solved, 0 if it is slack.
     pub(crate) active: Lanes,
 }
 
@@ -107,15 +108,16 @@ impl Default for ChainRow {
     }
 }
 
-/// Up to eight chains side by side; of those that bodies hold, one.
+/// Up to eight chains side by side; a block of a chain attached to bodies has only one.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct ChainBlock {
-    /// A row more than the longest has links.
+    /// Rows: one more than the number of links of the longest chain.
     pub(crate) rows: Vec<ChainRow>,
-    /// Of each row the links of its lanes.
+    /// Links of each row's lanes.
     pub(crate) spots: Vec<[Option<Spot>; LANES]>,
-    /// Numbers of the attachments of the first and the last particle, if bodies hold them.
+    /// Indices of the attachments of the first and the last particle, if they are attached to
+    /// bodies.
     pub(crate) holds: [Option<u32>; 2],
 }
 
@@ -126,7 +128,7 @@ impl Clone for ChainBlock {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { rows, spots, holds } = from;
         self.rows.clone_from(rows);
@@ -139,9 +141,9 @@ impl Clone for ChainBlock {
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Chains {
-    /// Those that no body holds, by color: of one color no two share a particle.
+    /// Chains without attachments, by color. No two chains of a color share a particle.
     pub(crate) colors: Vec<Vec<ChainBlock>>,
-    /// Those that bodies hold, each alone.
+    /// Chains attached to bodies, one per block.
     pub(crate) held: Vec<ChainBlock>,
     #[cfg_attr(feature = "serde", serde(skip))]
     search: Search,
@@ -154,7 +156,7 @@ impl Clone for Chains {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { colors, held, search: _ } = from;
         self.colors.clone_from(colors);
@@ -162,22 +164,23 @@ impl Clone for Chains {
     }
 }
 
-/// Memory kept from search to search: threads tear in steps, and a warm step allocates nothing.
+/// Memory that is reused between searches. Threads tear within steps, and a warm step allocates
+/// nothing.
 #[derive(Clone, Debug, Default)]
 struct Search {
     members: Vec<Member>,
-    /// Members of each line; and line, thread and number of each member's ends.
+    /// Number of members at each line; and line, thread and index of each member's ends.
     degree: Vec<u32>,
     ends: Vec<(u32, u32, u32)>,
-    /// Of all runs one after the other: members, each with whether it is run through from its second end.
+    /// The steps of all runs in order: a member, and whether it is traversed from its second end.
     steps: Vec<(u32, bool)>,
     runs: Vec<Run>,
-    /// Colors that have a chain at the line, a bit each.
+    /// Colors that are used at the line, one bit each.
     used: Vec<u64>,
     spare: Vec<ChainBlock>,
 }
 
-/// A chain while it is found: a range of steps.
+/// A chain during the search: a range of steps.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     first: u32,
@@ -198,10 +201,10 @@ impl Chains {
     }
 }
 
-/// Most colors of chains; what finds none is solved link by link.
+/// Maximum number of colors of chains. Chains without a color are solved link by link.
 const COLORS: u32 = 64;
 
-/// A rod or thread while chains are found.
+/// A rod or thread during the search.
 #[derive(Clone, Copy, Debug)]
 struct Member {
     thread: u32,
@@ -216,7 +219,8 @@ struct Member {
 pub(crate) fn find(particles: &mut Particles) {
     let mut chains = core::mem::take(&mut particles.chains);
     let Chains { colors, held, search } = &mut chains;
-    // Taken from the end in the order in which they stood: a search finds much of what the last one did.
+    // Blocks are taken from the end in their previous order, because a search finds mostly the same
+    // chains as the last one.
     let idle = search.spare.len();
     search.spare.append(held);
     search.spare.extend(colors.iter_mut().flat_map(|color| color.drain(..)));
@@ -250,7 +254,7 @@ pub(crate) fn find(particles: &mut Particles) {
         }
     }
     search.runs.truncate(count);
-    // Eight of about one length.
+    // Chains of similar length are grouped by eight.
     search.runs.sort_unstable_by_key(|r| (r.color, Reverse(r.range().len()), r.first));
     let runs = core::mem::take(&mut search.runs);
     for runs in runs.chunk_by(|a, b| a.color == b.color) {
@@ -265,7 +269,7 @@ pub(crate) fn find(particles: &mut Particles) {
     mark(particles);
 }
 
-/// A color that no chain at the run's lines has.
+/// Takes a color that no chain uses at the run's lines.
 fn take_color(search: &mut Search, run: &Run) -> Option<u32> {
     let Search { members, steps, used, .. } = search;
     let ends = || steps[run.range()].iter().flat_map(|(i, _)| members[*i as usize].ends);
@@ -280,7 +284,7 @@ fn take_color(search: &mut Search, run: &Run) -> Option<u32> {
     Some(color)
 }
 
-/// Blocks of links that have nothing but links of chains need no sweep of their own.
+/// Marks blocks that contain only links of chains; these need no sweep.
 fn mark(particles: &mut Particles) {
     let Particles { chains, colors, .. } = particles;
     for block in colors.iter_mut().flat_map(|c| &mut c.blocks) {
@@ -306,7 +310,7 @@ fn last_line(search: &Search, run: &Run) -> u32 {
     last.map_or(0, |(i, turned)| search.members[*i as usize].ends[usize::from(!*turned)])
 }
 
-/// Rods and threads, in the order of their slots.
+/// Collects rods and threads in the order of their slots.
 fn find_members(particles: &Particles, members: &mut Vec<Member>) {
     members.clear();
     for (_, link) in particles.links.iter() {
@@ -325,7 +329,7 @@ fn find_members(particles: &Particles, members: &mut Vec<Member>) {
     }
 }
 
-/// Finds which members follow each other.
+/// Links members that follow each other.
 fn join(search: &mut Search, particles: &Particles) {
     let Search { members, degree, ends, .. } = search;
     degree.clear();
@@ -351,7 +355,7 @@ fn join(search: &mut Search, particles: &Particles) {
     }
 }
 
-/// Walks along what was joined. Of a ring the last link stays out.
+/// Walks along linked members. The last link of a ring is left out.
 fn find_runs(search: &mut Search) {
     search.steps.clear();
     search.runs.clear();
@@ -394,7 +398,7 @@ fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 links")
 }
 
-/// Chains side by side.
+/// Builds a block of chains side by side.
 fn block_of(search: &mut Search, runs: &[Run]) -> ChainBlock {
     let mut block = search.spare.pop().unwrap_or_default();
     let longest = runs.iter().map(|run| run.range().len()).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Checks of what a user passes: each names the field, its value and what is allowed.
+//! Checks of the user's values. Each error gives the field, its value and the allowed values.
 
 use super::def::DefError;
 use crate::base::limits::{self, Limit};
@@ -12,12 +12,12 @@ pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
     Err(DefError::of_vec(field, v, "finite numbers"))
 }
 
-/// A number in its range.
+/// Checks that a number is in its range.
 pub(crate) fn within(field: &str, value: f32, limit: &Limit) -> Result<(), DefError> {
     if limit.admits(value) { Ok(()) } else { Err(DefError::new(field, value, limit.allowed)) }
 }
 
-/// All components in a range.
+/// Checks that all components are in a range.
 pub(crate) fn all_within(field: &str, v: Vec3, limit: &Limit) -> Result<(), DefError> {
     if limit.admits(v.x) && limit.admits(v.y) && limit.admits(v.z) {
         return Ok(());
@@ -47,7 +47,8 @@ pub(crate) fn above_zero(field: &str, value: f32) -> Result<(), DefError> {
     Err(DefError::new(field, value, "a finite number above 0"))
 }
 
-/// A rotation given by the user may be a little off unit length; far off is a mistake.
+/// Checks and normalizes a rotation. A small deviation from unit length is accepted; a large one is
+/// an error.
 pub(crate) fn unit(field: &str, q: Quat) -> Result<(), DefError> {
     if q.is_unit() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The constraint graph: constraints of one color share no dynamic body, so they can be solved side
+//! The constraint graph. Constraints of one color share no dynamic body, so they can be solved side
 //! by side in any grouping with the same result.
 
 use core::iter::repeat;
@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::bit_set::BitSet;
 
-/// Where a constraint stands.
+/// The place of a constraint in the colors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Place {
-    /// Number of the color; `u32::MAX` if it is in none.
+    /// Index of the color; `u32::MAX` if it is in none.
     pub(crate) color: u32,
-    /// Place in the color's list.
+    /// Index in the color's list.
     pub(crate) row: u32,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct Color {
     bodies: BitSet,
     /// Rows of the constraints.
     pub(crate) members: Vec<u32>,
-    /// The list changed since it was last put in order.
+    /// True if the list changed since it was last sorted.
     pub(crate) dirty: bool,
 }
 
@@ -44,7 +44,7 @@ impl Clone for Color {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { bodies, members, dirty } = from;
         self.bodies.clone_from(bodies);
@@ -58,7 +58,8 @@ impl Color {
         !bodies.iter().any(|b| self.bodies.contains(*b))
     }
 
-    /// Enters a constraint on these bodies, which are not there yet; returns its place in the list.
+    /// Inserts a constraint on these bodies, which must not be in the color yet. Returns its index
+    /// in the list.
     fn insert(&mut self, member: u32, bodies: &[u32]) -> u32 {
         for b in bodies {
             self.bodies.insert(*b);
@@ -73,7 +74,7 @@ fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer constraints than 2^32")
 }
 
-/// Colors of one kind of constraint. As many as it takes: nothing overflows.
+/// Colors of one kind of constraint. Their number is unlimited.
 #[derive(Debug, Default)]
 pub(crate) struct Coloring {
     pub(crate) colors: Vec<Color>,
@@ -86,8 +87,8 @@ impl Clone for Coloring {
         copy
     }
 
-    /// Into the lists that are there. Colors beyond those of `from` stay, empty: as far as a constraint can tell they are
-    /// colors that are yet to come.
+    /// Reuses the existing lists. Colors beyond those of `from` stay, empty. For a constraint they
+    /// are equivalent to colors that do not exist yet.
     fn clone_from(&mut self, from: &Self) {
         if self.colors.len() < from.colors.len() {
             self.colors.resize_with(from.colors.len(), Color::default);
@@ -100,7 +101,8 @@ impl Clone for Coloring {
 }
 
 impl Coloring {
-    /// Enters a constraint on these dynamic bodies into the first color that holds none of them.
+    /// Inserts a constraint on these dynamic bodies into the first color that contains none of
+    /// them.
     pub(crate) fn insert(&mut self, member: u32, bodies: &[u32]) -> Place {
         let index = self.colors.iter().position(|c| c.is_free_of(bodies)).unwrap_or_else(|| {
             self.colors.push(Color::default());
@@ -109,7 +111,7 @@ impl Coloring {
         Place { color: number(index), row: self.colors[index].insert(member, bodies) }
     }
 
-    /// Enters a constraint into a color of this number; `None` if one of its bodies is there.
+    /// Inserts a constraint into the color with this index; `None` if one of its bodies is there.
     pub(crate) fn insert_at(&mut self, color: u32, member: u32, bodies: &[u32]) -> Option<Place> {
         let index = color as usize;
         if self.colors.len() <= index {
@@ -119,7 +121,7 @@ impl Coloring {
         to.is_free_of(bodies).then(|| Place { color, row: to.insert(member, bodies) })
     }
 
-    /// Takes a constraint out; returns the one that took its place in the list.
+    /// Removes a constraint. Returns the constraint that was moved to its index.
     pub(crate) fn remove(&mut self, place: Place, bodies: &[u32]) -> Option<u32> {
         let color = &mut self.colors[place.color as usize];
         for b in bodies {
@@ -130,19 +132,20 @@ impl Coloring {
         color.members.get(place.row as usize).copied()
     }
 
-    /// Constraints in all colors.
+    /// Number of constraints in all colors.
     pub(crate) fn len(&self) -> usize {
         self.colors.iter().map(|c| c.members.len()).sum()
     }
 }
 
-/// What is made of all colors is not saved: it is to be made again.
+/// Initial value after loading: data derived from all colors is not saved and must be rebuilt.
 const fn unknown() -> bool {
     true
 }
 
-/// All colors. What is solved last is satisfied best: joints, then contacts of two dynamic bodies, then
-/// contacts with what cannot be moved. Of constraints their places are saved, not the lists.
+/// All colors. Constraints solved last are satisfied best: joints first, then contacts of two
+/// dynamic bodies, then contacts with immovable bodies. The places of constraints are saved, not
+/// the lists.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Colors {
@@ -154,13 +157,13 @@ pub(crate) struct Colors {
     pub(crate) contacts: Coloring,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) contacts_fixed: Coloring,
-    /// Colored contacts that bounce, resist rolling or have a kinematic body.
+    /// Number of colored contacts that bounce, resist rolling or have a kinematic body.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) special: usize,
-    /// A body that some constraint acts on became active or ceased to be.
+    /// True if a body with constraints became active or inactive.
     #[cfg_attr(feature = "serde", serde(skip, default = "unknown"))]
     pub(crate) bodies_changed: bool,
-    /// Contacts came or went, or the last relaxation still changed a level.
+    /// True if contacts were added or removed, or the last relaxation still changed a level.
     pub(crate) levels_dirty: bool,
 }
 
@@ -171,7 +174,7 @@ impl Clone for Colors {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self {
             joints,

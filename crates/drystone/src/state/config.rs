@@ -1,4 +1,4 @@
-//! The configuration of a world: every knob, its unit, range and default.
+//! The configuration of a world: every setting with its unit, range and default.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -9,49 +9,56 @@ use super::method::Method;
 use crate::base::limits::{self, Limit};
 use crate::base::math::{Vec3, vec3};
 
-/// Contact behavior. Lengths and speeds count times [`WorldConfig::length_scale`].
+/// Contact behavior. Lengths and speeds are multiplied by [`WorldConfig::length_scale`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactConfig {
-    /// Stiffness of contacts as a frequency [Hz]; 0 (the default) takes 0.1125 per substep time:
-    /// 54 Hz at 60 steps of 8 substeps a second. Contacts with static bodies have twice as much.
+    /// Stiffness of contacts as a frequency [Hz], at least 0; 0 (the default): 0.1125 / substep
+    /// time, which is 54 Hz at 60 steps of 8 substeps per second. Contacts with static bodies are
+    /// twice as stiff.
     pub hertz: f32,
-    /// Damping ratio of contacts; at least 0; default 8. Half of it against static bodies.
+    /// Damping ratio of contacts, at least 0; default 8. Contacts with static bodies have half of
+    /// it.
     pub damping_ratio: f32,
-    /// Bodies that overlap are pushed apart no faster than this [m/s]; above 0; default 0.25. Of deep overlaps the bound grows with
-    /// the depth.
+    /// Maximum speed at which overlapping bodies are pushed apart [m/s], above 0; default 0.25. For
+    /// deep overlaps the limit grows with the depth.
     pub push_speed: f32,
-    /// Bodies at rest are held this far apart [m]; at least 0; default 5e-5: a lone body then does not
-    /// sink below the surface it lies on by the give of its contacts (2e-5 m).
+    /// Distance between bodies at rest [m], at least 0; default 5e-5. It compensates the compliance
+    /// of the contacts (2e-5 m), so that a single body does not sink below the surface it lies on.
     pub rest_offset: f32,
-    /// Contact points are made from this distance on [m]; above 0; default 0.02. A shape that comes near to
-    /// a mesh may get them only at half of it, if it does not come there within a step.
+    /// Distance below which contact points are created [m], above 0; default 0.02. A shape near a
+    /// mesh may get them only at half of this distance, unless it would reach the mesh within a
+    /// step.
     pub margin: f32,
-    /// While the bodies of a contact have moved against each other less than this [m], and less than a
-    /// quarter of the smaller one's size, its points and normal stay as they are and only the distances
-    /// follow; at least 0; default 0.05.
+    /// Displacement below which a contact keeps its points and normal, and only updates their
+    /// separations [m], at least 0; default 0.05. It is the relative displacement of the two
+    /// bodies, and is also limited to a quarter of the size of the smaller one.
     pub recycle_distance: f32,
-    /// Contacts that meet slower than this do not bounce [m/s]; at least 0; default 0. Nor do those
-    /// slower than what forces make a body in a step: 0.16 m/s under the earth's gravity at 60 Hz.
+    /// Approach speed below which contacts do not bounce [m/s], at least 0; default 0. Contacts
+    /// slower than the speed that forces give a body in one step do not bounce either: 0.16 m/s
+    /// under the earth's gravity at 60 Hz.
     pub restitution_speed: f32,
-    /// Contacts that meet faster than this are reported as hits [m/s]; at least 0; default 1.
+    /// Approach speed above which contacts are reported as hits [m/s], at least 0; default 1.
     pub hit_speed: f32,
 }
 
-/// Load-adaptive inertia: a body that is squeezed hard answers slowly, so that tall stacks and heavy loads
-/// do not sink into what carries them. Loads, limits of friction and tipping stay exact.
+/// Load-adaptive inertia. Heavily loaded bodies respond more slowly in the solver, so that tall
+/// stacks and heavy loads do not sink into their supports. Loads, friction limits and tipping stay
+/// exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct InertiaConfig {
-    /// Mass and inertia of a squeezed body are multiplied by up to this in the solver, 1 to 64; 1: off.
-    /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`. Under loads of more
-    /// than 5 times what gives that factor it grows on, up to three times this, if `refine` is 1.
+    /// Maximum factor on the mass and inertia of a loaded body in the solver, 1 to 64; 1: off. 0
+    /// (the default): the method's own, 8 for `soft-step` and 1 for `soft-step-relax`. If `refine`
+    /// is 1, loads above 5 times the load of that factor raise it further, up to three times this
+    /// value.
     pub most: f32,
-    /// Loads above this per mass [m/s²] raise a body's factor; above 0; default 30, some 3 bodies of
-    /// its own mass on top of it. It counts times [`WorldConfig::length_scale`].
+    /// Load per mass above which the factor of a body grows [m/s²], above 0; default 30, the weight
+    /// of about 3 bodies of the same mass on top. It is multiplied by
+    /// [`WorldConfig::length_scale`].
     pub threshold: f32,
-    /// An island in which some body's factor is near its greatest gets this many times the substeps, 1 to
-    /// 8; 1 (the default): none. 2 makes overlaps there a quarter and the island's solver time twice.
+    /// Substep multiplier for islands with a body whose factor is near its maximum, 1 to 8; default
+    /// 1. With 2, overlaps there shrink to a quarter, and the solver time of the island doubles.
     pub refine: u32,
 }
 
@@ -59,48 +66,55 @@ pub struct InertiaConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointConfig {
-    /// Stiffness of joints as a frequency [Hz]; 0 (the default) takes 0.15 per substep time, 0.25 for
-    /// trees that are solved at once, which are the greatest that are taken.
+    /// Stiffness of joints as a frequency [Hz], at least 0; 0 (the default): 0.15 / substep time,
+    /// or 0.25 / substep time for trees that are solved directly. Larger values have the same
+    /// effect as these.
     pub hertz: f32,
     /// Damping ratio of joints; at least 0; default 2.
     pub damping_ratio: f32,
-    /// Ball joints that connect bodies without a loop are solved all at once where a body between others
-    /// carries at least this many times its own mass: a chain under a heavy load then keeps
-    /// its length; at least 0; default 20. It takes longer than joint by joint.
+    /// Load ratio above which trees of ball joints are solved directly, at least 0; default 20. It
+    /// applies to joints without a loop, if a body between others carries at least this many times
+    /// its own mass. A chain under a heavy load then keeps its length. The direct solve takes
+    /// longer than joint by joint.
     pub tree_ratio: f32,
-    /// An island of at most 64 bodies that has joints gets this many times the substeps, 1 to 8, where a joint goes round fast, by
-    /// more than a tenth of a radian in a substep, or a body is hit, by more than three hundredths of the thinner body's half
-    /// thickness in a substep; default 4; 1: none. What tumbles on joints and touches nothing, turning by some tenths of a radian in a
-    /// step about no principal axis of its own, is besides solved anew in each substep.
+    /// Substep multiplier for islands of at most 64 bodies with joints, 1 to 8; default 4; 1: off.
+    /// It applies in two cases. A joint turns by more than 0.1 rad in a substep. Or a body is hit,
+    /// so that it moves by more than 0.03 of the thinner body's half thickness in a substep.
+    ///
+    /// Islands that tumble on joints without contacts also re-linearize the joints in every
+    /// substep. They must turn by some tenths of a radian in a step, about an axis that is not one
+    /// of their principal axes.
     pub refine: u32,
 }
 
-/// How links and contacts of particles are solved.
+/// Solver for links and contacts of particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ParticleForm {
-    /// As the method has it: `Verlet` of `verlet`, else `Soft`.
+    /// The method's own: `Verlet` for the method `verlet`, otherwise `Soft`.
     #[default]
     Own,
-    /// Velocities; soft rows that keep their impulses from substep to substep.
+    /// Velocity constraints with softness; impulses are kept from substep to substep.
     Soft,
-    /// Velocities, with all of the error taken out in every substep (bias 1/h); no impulses are kept.
+    /// Velocity constraints that remove the whole error in every substep (bias 1/h); impulses are
+    /// not kept.
     Aim,
-    /// Positions are projected, and velocity is the way moved [Jakobsen01]. The same as `Aim`, but for rounding.
+    /// Positions are projected, and velocity follows from displacement [Jakobsen01]. The same as
+    /// `Aim` up to rounding.
     Verlet,
 }
 
 impl ParticleForm {
-    /// The words for its values.
+    /// The names of the values.
     pub const WORDS: &'static [&'static str] = &["own", "soft", "aim", "verlet"];
 
-    /// The word for it.
+    /// The name of the value.
     #[must_use]
     pub const fn word(self) -> &'static str {
         Self::WORDS[self as usize]
     }
 
-    /// The value of this word.
+    /// The value of this name.
     #[must_use]
     pub fn named(word: &str) -> Option<Self> {
         [Self::Own, Self::Soft, Self::Aim, Self::Verlet].into_iter().find(|f| f.word() == word)
@@ -111,64 +125,66 @@ impl ParticleForm {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ParticleConfig {
-    /// How their links and contacts are solved; default as the method has it.
+    /// Solver for links and contacts; default: the method's own.
     pub form: ParticleForm,
-    /// Sweeps over them in a substep, at most 1000; 0 (the default): 2 of the soft form, 10 of the others.
+    /// Sweeps per substep, 0 to 1000; 0 (the default): 2 for the soft form, 10 for the others.
     pub sweeps: u32,
-    /// Stiffness of rods and threads of the soft form as a frequency [Hz]; 0 (the default) takes 1 per substep
-    /// time.
+    /// Stiffness of rods and threads in the soft form as a frequency [Hz]; 0 (the default): 1 /
+    /// substep time.
     pub hertz: f32,
-    /// Damping ratio of those; at least 0; default 2.
+    /// Damping ratio of rods and threads in the soft form, at least 0; default 2.
     pub damping_ratio: f32,
 }
 
-/// Contacts as springs, of the penalty methods.
+/// Contact springs of the penalty methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct PenaltyConfig {
-    /// Stiffness of a contact point as a frequency, k = m (2πf)² with the effective mass m of the point [Hz];
-    /// above 0; default 30.
+    /// Stiffness of a contact point as a frequency [Hz], above 0; default 30. k = m (2πf)², with
+    /// the effective mass m of the point.
     pub hertz: f32,
-    /// Damping ratio; at least 0; default 0.5.
+    /// Damping ratio, at least 0; default 0.5.
     pub damping_ratio: f32,
 }
 
-/// Bodies that come apart.
+/// Bodies that break.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BreakageConfig {
-    /// Most pieces of fractured bodies at a time; default 4096. What would go beyond breaks into fewer pieces, or not
-    /// at all.
+    /// Maximum number of pieces of fractured bodies at a time; default 4096. A fracture that would
+    /// exceed it makes fewer pieces, or none.
     pub max_pieces: u32,
 }
 
-/// When bodies fall asleep: together with all that they touch or are joined to, when each of them has been still for
-/// some time and nothing drives one of them.
+/// Conditions for sleep. An island of bodies connected by contacts or joints sleeps when every body
+/// has been still for `time`, and no body is driven.
 ///
-/// Slow is not still. A body is still if it is slow, if what its supports leave over of the forces on it would not set
-/// it in motion (a thousandth of them at most), and if it does not creep by more than a tenth of its extent in the
-/// time until sleep. What nothing touches or holds is still only if no force acts on it, and if it drifts by no more than a
-/// hundredth of its extent in ten seconds. Extent is the distance of its farthest point from its center of mass;
-/// bodies without shapes have one of 1 m.
+/// A body is still if it is slow, balanced and not creeping. It is balanced if its supports leave
+/// at most a thousandth of the forces on it. It creeps if it moves by more than a tenth of its
+/// extent within `time`. A body without contacts and joints is still only if no force acts on it
+/// and it drifts by at most a hundredth of its extent in ten seconds. The extent is the distance of
+/// the farthest point from the center of mass; for bodies without shapes it is 1 m.
 ///
-/// Driven is what touches a kinematic body that moves, or is joined to one; what touches a surface that moves over its
-/// shape, and what a drive or a spring of a joint acts on, unless it has come to a stop all the same: it is blocked, or has
-/// reached its place. [`crate::World::why_awake`] tells what keeps a body awake. The manual: [sleep](crate::manual::sleep).
+/// A body is driven if it touches a moving kinematic body or a moving surface, or is joined to a
+/// moving kinematic body. It is also driven if a drive or spring of a joint acts on it, unless that
+/// has stalled or has reached its target. [`crate::World::why_awake`] reports the cause that keeps
+/// a body awake. The manual: [sleep](crate::manual::sleep).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SleepConfig {
-    /// Whether still islands fall asleep at all; default true.
+    /// Whether islands may sleep; default true.
     pub enabled: bool,
-    /// A body is slow if no point of it moves faster than this [m/s]; at least 0; default 0.05. What is faster never
-    /// sleeps; what is slower sleeps if it is still besides. 0: nothing sleeps. It counts times [`WorldConfig::length_scale`]; a
-    /// body's own [`sleep_speed`](crate::BodyDef::sleep_speed) does not.
+    /// Speed below which a body is slow, for its fastest point [m/s], at least 0; default 0.05.
+    /// Faster bodies never sleep. Slower bodies sleep if they are also still. With 0 nothing
+    /// sleeps. It is multiplied by [`WorldConfig::length_scale`]; a body's own
+    /// [`sleep_speed`](crate::BodyDef::sleep_speed) is not.
     pub speed: f32,
-    /// An island sleeps when all its bodies have been still for this long [s]; at least 0, and at least two and a half
-    /// steps, without which no acceleration can be told; default 0.5.
+    /// Time for which all bodies of an island must be still [s], at least 0; default 0.5. The
+    /// minimum in effect is two and a half steps, which are needed to measure an acceleration.
     pub time: f32,
 }
 
-/// Everything a world is configured by. The manual: [tuning](crate::manual::tuning).
+/// The configuration of a world. The manual: [tuning](crate::manual::tuning).
 ///
 /// ```
 /// use drystone::{World, WorldConfig};
@@ -188,14 +204,16 @@ pub struct SleepConfig {
 pub struct WorldConfig {
     /// Acceleration of free bodies [m/s², world]; default (0, -9.81, 0).
     pub gravity: Vec3,
-    /// Length of a typical body in the world's unit of length, 1e-4 to 1e4; default 1, for bodies of some decimeters to some meters in
-    /// meters. 100 for a world in centimeters, 0.02 for dice in meters. All lengths and speeds that the engine itself brings count
-    /// times this: those of the configuration (`contact.*`, `inertia.threshold`, `sleep.speed`), and tolerances inside. What is
-    /// given with bodies, shapes, joints and particles, and gravity, does not.
+    /// Length of a typical body in the world's unit of length, 1e-4 to 1e4; default 1, for bodies
+    /// of some decimeters to some meters in a world in meters. Use 100 for a world in centimeters,
+    /// 0.02 for dice in meters. The engine's own lengths, speeds and load threshold are multiplied
+    /// by it: those of the configuration (`contact.*`, `inertia.threshold`, `sleep.speed`) and
+    /// internal tolerances. Gravity and values given with bodies, shapes, joints and particles are
+    /// not.
     pub length_scale: f32,
-    /// How a step is made; default `soft-step`.
+    /// The stepping method; default `soft-step`.
     pub method: Method,
-    /// Solver substeps a step, 1 to 256; 0 (the default) takes the method's own number.
+    /// Solver substeps per step, 0 to 256; 0 (the default): the method's own number.
     pub substeps: u32,
     /// Contacts.
     pub contact: ContactConfig,
@@ -218,7 +236,7 @@ impl Clone for WorldConfig {
         Self { method: self.method.clone(), ..*self }
     }
 
-    /// Into the lists of passes that are there.
+    /// Reuses the existing lists of passes.
     fn clone_from(&mut self, from: &Self) {
         self.method.clone_from(&from.method);
         let Self { gravity, length_scale, method: _, substeps, contact, .. } = self;
@@ -266,7 +284,7 @@ impl Default for WorldConfig {
 type Scalar<'a> = (&'static str, Limit, &'a mut f32);
 
 impl WorldConfig {
-    /// Paths that [`Self::set`] knows.
+    /// The paths of [`Self::set`].
     pub const PATHS: &'static [&'static str] = &[
         "gravity",
         "length_scale",
@@ -335,7 +353,7 @@ impl WorldConfig {
         ]
     }
 
-    /// Contacts by the world's lengths.
+    /// Contact settings, scaled by the world's length scale.
     pub(crate) fn contact_lengths(&self) -> ContactConfig {
         let scale = |x: f32| scaled(x, self.length_scale);
         let c = self.contact;
@@ -350,12 +368,12 @@ impl WorldConfig {
         }
     }
 
-    /// Speed below which a body is slow, by the world's lengths [m/s].
+    /// Speed below which a body is slow, scaled by the world's length scale [m/s].
     pub(crate) fn sleep_speed(&self) -> f32 {
         scaled(self.sleep.speed, self.length_scale)
     }
 
-    /// Load per mass that raises a body's factor, by the world's lengths [m/s²].
+    /// Load per mass above which a body's factor grows, scaled by the world's length scale [m/s²].
     pub(crate) fn inertia_threshold(&self) -> f32 {
         scaled(self.inertia.threshold, self.length_scale).max(f32::MIN_POSITIVE)
     }
@@ -367,18 +385,22 @@ impl WorldConfig {
     pub fn validate(&self) -> Result<(), DefError> {
         all_within("gravity", self.gravity, &limits::GRAVITY)?;
         if self.substeps > 256 {
-            return Err(DefError::new("substeps", self.substeps, "0 (the method's own) to 256"));
+            return Err(DefError::new(
+                "substeps",
+                self.substeps,
+                "from 0 (the method's own) to 256",
+            ));
         }
         self.method.settle()?;
         for (path, parts) in
             [("inertia.refine", self.inertia.refine), ("joint.refine", self.joint.refine)]
         {
             if !(1..=8).contains(&parts) {
-                return Err(DefError::new(path, parts, "1 to 8"));
+                return Err(DefError::new(path, parts, "from 1 to 8"));
             }
         }
         if self.particle.sweeps > 1000 {
-            return Err(DefError::new("particle.sweeps", self.particle.sweeps, "0 to 1000"));
+            return Err(DefError::new("particle.sweeps", self.particle.sweeps, "from 0 to 1000"));
         }
         for (path, limit, value) in self.clone().scalars() {
             within(path, *value, &limit)?;
@@ -386,12 +408,12 @@ impl WorldConfig {
         Ok(())
     }
 
-    /// Sets the field at `path` (see [`Self::PATHS`]) from text: numbers as written, `true` or `false`,
-    /// vectors as `x,y,z`, methods by name. A method comes with its own options: set it before them.
+    /// Sets the field at `path` (see [`Self::PATHS`]) from text: numbers, `true` or `false`,
+    /// vectors as `x,y,z`, methods by name. A method resets its options: set it before them.
     ///
     /// # Errors
-    /// No such path, text that is not a value of the field, or a value out of range; then nothing is
-    /// changed.
+    /// The path does not exist, the text is not a value of the field, or the value is out of range.
+    /// Then nothing is changed.
     pub fn set(&mut self, path: &str, text: &str) -> Result<(), DefError> {
         let mut next = self.clone();
         let text = text.trim();
@@ -408,8 +430,9 @@ impl WorldConfig {
                 next.gravity = vec3(x, y, z);
             }
             "method" => {
-                next.method = Method::named(text)
-                    .ok_or_else(|| DefError::new("method", text, &Method::NAMES.join(", ")))?;
+                next.method = Method::named(text).ok_or_else(|| {
+                    DefError::new("method", text, &format!("one of {}", Method::NAMES.join(", ")))
+                })?;
             }
             "substeps" => {
                 next.substeps = text
@@ -420,7 +443,11 @@ impl WorldConfig {
             "joint.refine" => next.joint.refine = parts_of(path, text)?,
             "particle.form" => {
                 next.particle.form = ParticleForm::named(text).ok_or_else(|| {
-                    DefError::new("particle.form", text, &ParticleForm::WORDS.join(", "))
+                    DefError::new(
+                        "particle.form",
+                        text,
+                        &format!("one of {}", ParticleForm::WORDS.join(", ")),
+                    )
                 })?;
             }
             "particle.sweeps" => {
@@ -449,7 +476,7 @@ impl WorldConfig {
     }
 
     fn set_scalar(&mut self, path: &str, text: &str) -> Result<(), DefError> {
-        let known = Self::PATHS.join(", ");
+        let known = format!("one of {}", Self::PATHS.join(", "));
         let (name, limit, field) = self
             .scalars()
             .into_iter()
@@ -460,14 +487,15 @@ impl WorldConfig {
     }
 }
 
-/// A length, speed or acceleration by the world's lengths, as far as there are numbers.
+/// A length, speed or acceleration, scaled by the world's length scale and clamped to finite
+/// numbers.
 fn scaled(x: f32, length: f32) -> f32 {
     (x * length).min(f32::MAX)
 }
 
-/// Parts of a substep.
+/// Parses a substep multiplier.
 fn parts_of(path: &str, text: &str) -> Result<u32, DefError> {
-    text.parse().map_err(|_| DefError::new(path, text, "a whole number, 1 to 8"))
+    text.parse().map_err(|_| DefError::new(path, text, "a whole number from 1 to 8"))
 }
 
 #[cfg(test)]

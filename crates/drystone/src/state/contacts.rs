@@ -1,5 +1,6 @@
-//! Contacts: one row a pair of shapes whose boxes overlap; a pair with a mesh has several rows, one a
-//! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
+//! Contacts: one row per pair of shapes whose boxes overlap; a pair with a mesh has several rows,
+//! one per manifold. Broadphase creates the rows, narrowphase writes the manifolds, and the solver
+//! the impulses.
 
 pub(crate) mod enter;
 pub(crate) mod leave;
@@ -23,35 +24,35 @@ use crate::base::shared::Shared;
 use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
 
-/// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
+/// A contact point: half a cache line. The first row of four numbers is loaded by the solver.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub(crate) struct Point {
-    /// From A's center of mass to the point [m, world], as it was when the manifold was made. That from
-    /// B's is this less [`Contact::offset`].
+    /// Vector from A's center of mass to the point [m, world], when the manifold was made. The
+    /// vector from B's center is this minus [`Contact::offset`].
     pub(crate) r_a: Vec3,
-    /// Separation now [m].
+    /// Current separation [m].
     pub(crate) separation: f32,
     /// Accumulated impulse along the normal in a substep [N s].
     pub(crate) impulse: f32,
-    /// Separation less that of the anchors along the normal, when the manifold was made [m].
+    /// Separation minus that of the anchors along the normal, when the manifold was made [m].
     pub(crate) base: f32,
     pub(crate) feature: u32,
-    /// A number of the contact, which has four of these: see [`Contact::approach`].
+    /// One of four numbers stored for the contact: see [`Contact::approach`].
     word: f32,
 }
 
 impl Point {
-    /// A new point in its place.
+    /// Replaces the point and keeps `word`.
     #[inline]
     pub(crate) fn renew(&mut self, r_a: Vec3, separation: f32, impulse: f32, feature: u32) {
-        // The anchors are one point when the manifold is made, so all of the separation is the base.
+        // The anchors coincide when the manifold is made, so the base is the whole separation.
         let base = separation;
         *self = Self { r_a, separation, impulse, base, feature, word: self.word };
     }
 
-    /// `r_a` with the separation.
+    /// `r_a` together with the separation.
     #[inline(always)]
     pub(crate) fn arm(&self) -> &[f32; 4] {
         let [arm, _]: &[[f32; 4]; 2] = bytemuck::cast_ref(self);
@@ -59,8 +60,8 @@ impl Point {
     }
 }
 
-/// A link in a body's list of contacts: contact row × 2 + side. It belongs to the body: the two of a contact may be written by
-/// two workers at once.
+/// A link in a body's list of contacts: contact row × 2 + side. It belongs to the body, because two
+/// workers may write the two links of a contact at once.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Link {
@@ -74,24 +75,25 @@ impl Default for Link {
     }
 }
 
-/// What else the surfaces of a contact do, a bit each.
+/// Additional properties of a contact, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Traits(u8);
 
 impl Traits {
-    /// One of them moves over its shape.
+    /// One of the surfaces moves along its shape.
     pub(crate) const BELT: Self = Self(1);
-    /// A rule gives it a softness of its own.
+    /// A rule sets its softness.
     pub(crate) const SOFT: Self = Self(2);
-    /// Hooks are asked for it, and may give it any restitution and softness for a step.
+    /// Hooks are called for it, and may set its restitution and softness for a step.
     pub(crate) const HOOKED: Self = Self(4);
-    /// Not of the surfaces: it is being parted, for it overlaps more than its load explains.
+    /// Not from the surfaces: it is being separated, because its overlap exceeds the amount that
+    /// its load explains.
     pub(crate) const PARTING: Self = Self(8);
-    /// Not of the surfaces: it got a blow in the last step that it does not bounce off. What is left of the approach is of the same
-    /// landing.
+    /// Not from the surfaces: it was hit in the last step and does not bounce. The remaining
+    /// approach belongs to the same landing.
     pub(crate) const STRUCK: Self = Self(16);
-    /// Not of the surfaces: it gave much under its load, which is being taken back.
+    /// Not from the surfaces: its compression under load was large, and is being removed.
     pub(crate) const SETTLES: Self = Self(32);
 
     #[must_use]
@@ -103,51 +105,51 @@ impl Traits {
         self.0 & of.0 != 0
     }
 
-    /// Whether its softness may be another one than the world's.
+    /// Whether its softness may differ from the world's.
     pub(crate) const fn may_soften(self) -> bool {
         self.any(Self(Self::SOFT.0 | Self::HOOKED.0))
     }
 
-    /// Those that the surfaces give.
+    /// The properties that come from the surfaces.
     pub(crate) const fn of_surfaces(self) -> Self {
         Self(self.0 & !(Self::PARTING.0 | Self::STRUCK.0 | Self::SETTLES.0))
     }
 
-    /// Whether the surfaces do nothing else.
+    /// True if the surfaces set no additional property.
     pub(crate) const fn is_plain(self) -> bool {
         self.of_surfaces().0 == 0
     }
 }
 
-/// A contact. What the solver reads of it stands first, a cache line and half of one for each point.
+/// A contact. The data that the solver reads come first: one cache line, and half a line per point.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct Contact {
-    /// From A to B [world].
+    /// Normal from A to B [world].
     pub(crate) normal: Vec3,
     pub(crate) friction: f32,
-    /// Friction impulse of a substep [N s, world], twist about the normal as an impulse at the contact's
-    /// reach [N s].
+    /// Friction impulse of a substep [N s, world], and the twist impulse about the normal as an
+    /// impulse at the contact's radius [N s].
     pub(crate) tangent_impulse: Vec3,
     pub(crate) twist_impulse: f32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
-    /// Center of B less that of A [m, world] when the manifold was made.
+    /// Center of B minus center of A [m, world], when the manifold was made.
     pub(crate) offset: Vec3,
     /// Spinning resistance times radius [m].
     pub(crate) spinning: f32,
     pub(crate) count: u8,
-    /// How many more manifolds of the pair have points. Of the first part only.
+    /// Number of further manifolds of the pair that have points. Only in the first manifold.
     pub(crate) others: u8,
-    /// It is not the first manifold of its pair.
+    /// True for a secondary manifold of its pair.
     pub(crate) is_part: bool,
     pub(crate) sensor: bool,
-    /// Its begin was reported and its end not yet. Of the first part only.
+    /// True while its begin was reported and its end was not. Only in the first manifold.
     pub(crate) touching: bool,
-    /// Manifolds may be recycled.
+    /// True if its manifolds may be recycled.
     pub(crate) recyclable: bool,
-    /// A flat contact of these shapes is a disc.
+    /// True if a flat contact of these shapes is a disc.
     pub(crate) round_patch: bool,
     pub(crate) traits: Traits,
     pub(crate) points: [Point; 4],
@@ -156,43 +158,44 @@ pub(crate) struct Contact {
     /// Rolling resistance times radius [m].
     pub(crate) rolling: f32,
     pub(crate) restitution: f32,
-    /// Kinetic friction as a part of static friction, at most 1.
+    /// Ratio of kinetic to static friction, at most 1.
     pub(crate) kinetic: f32,
     pub(crate) links: [Link; 2],
-    /// Where it stands among the colors; nowhere while it has no points.
+    /// Place in the colors; nowhere while it has no points.
     pub(crate) place: Place,
-    /// Where its [`Probe`] stands; of a part that is not the first, which has none, the row of the first. Who moves probes
-    /// writes it, while others hold the contact.
+    /// Index of its [`Probe`]. Secondary manifolds have none and store the row of the first
+    /// manifold. Atomic: it is written while others borrow the contact.
     pub(crate) probe: Shared,
     /// The next manifold of the same pair (meshes), or [`NONE`].
     pub(crate) next_part: u32,
-    /// Of pairs with a mesh: how far all was apart, at least, that got no points when the manifolds were made [m]. Of others: by how
-    /// much the pair may turn before a corner without a point comes down [rad]. Below 0: the solver made the manifold anew.
+    /// For mesh pairs: lower bound on the distance of the triangles that got no points when the
+    /// manifolds were made [m]. For other pairs: rotation of the pair before a corner without a
+    /// point comes down [rad]. Negative: the solver rebuilt the manifold.
     pub(crate) clear: f32,
     pub(crate) cache: PairCache,
 }
 
-// Tables of these are what a world of many contacts takes.
+// These tables dominate the memory of a world with many contacts.
 const _: () = assert!(size_of::<Watch>() + size_of::<Probe>() == 64);
 const _: () = assert!(size_of::<Option<Contact>>() == 256);
 const _: () = assert!(core::mem::offset_of!(Contact, next_part) / 64 == Contact::LISTS_LINE);
 
 impl Contact {
-    /// Cache lines that the solver reads.
+    /// Number of cache lines that the solver reads.
     pub(crate) const SOLVER_LINES: usize = 3;
-    /// In which its links and places are. What tells that a row is empty is in the first.
+    /// Cache line with its links and places. The first line tells whether a row is empty.
     pub(crate) const LISTS_LINE: usize = core::mem::offset_of!(Self, links) / 64;
-    /// All of them.
+    /// Total number of cache lines.
     pub(crate) const CACHE_LINES: usize = size_of::<Self>() / 64;
 
-    /// Normal and friction; friction's impulses: the rows that the solver loads.
+    /// The rows that the solver loads: normal and friction, and the friction impulses.
     #[inline(always)]
     pub(crate) const fn rows(&self) -> [[f32; 4]; 2] {
         let (n, p) = (self.normal, self.tangent_impulse);
         [[n.x, n.y, n.z, self.friction], [p.x, p.y, p.z, self.twist_impulse]]
     }
 
-    /// The first manifold of its pair: itself, unless it is another part. `row` is its own.
+    /// Row of the first manifold of its pair. `row` is the row of this contact.
     #[inline]
     pub(crate) fn first(&self, row: u32) -> u32 {
         if self.is_part { self.probe.get() } else { row }
@@ -223,8 +226,9 @@ impl Contact {
         }
     }
 
-    /// How much of what it gives under its load has been taken back [m]: see `step/narrowphase/settling.rs`. It has the room of the
-    /// rolling impulse; what has rolling resistance is not taken back.
+    /// Part of its compression under load that has been removed [m]: see
+    /// `step/narrowphase/settling.rs`. It shares memory with the rolling impulse: the compression
+    /// is not removed for contacts with rolling resistance.
     #[inline]
     pub(crate) const fn settled(&self) -> f32 {
         if self.rolling > 0.0 { 0.0 } else { self.points[0].word }
@@ -237,8 +241,8 @@ impl Contact {
         }
     }
 
-    /// Speed at which the shapes approach each other before they touch [m/s]. Like the rolling impulse it
-    /// has the room that points leave in their cache lines, in use or not.
+    /// Approach speed of the shapes before they touch [m/s]. Like the rolling impulse, it is stored
+    /// in the spare word of a point, used or not.
     #[inline]
     pub(crate) const fn approach(&self) -> f32 {
         self.points[3].word
@@ -249,25 +253,25 @@ impl Contact {
         self.points[3].word = speed;
     }
 
-    /// True if the solver made its manifold anew, at the poses that the bodies have since: nothing is known of those it was
-    /// made at before.
+    /// True if the solver rebuilt its manifold at the current poses of the bodies. The poses of its
+    /// earlier manifold are then meaningless.
     #[inline]
     pub(crate) fn is_renewed(&self) -> bool {
         self.clear < 0.0
     }
 
-    /// Notes that.
+    /// Marks the manifold as rebuilt by the solver.
     pub(crate) fn set_renewed(&mut self) {
         self.clear = -1.0;
     }
 
-    /// True if an impact may be reflected by it within the step.
+    /// True if the contact may reflect an impact within the step.
     #[inline]
     pub(crate) const fn may_bounce(&self) -> bool {
         self.restitution > 0.0 || self.traits.any(Traits::HOOKED)
     }
 
-    /// True if it needs more than normal and friction.
+    /// True if it needs more than normal and friction impulses.
     pub(crate) fn is_special(&self, bodies: &Bodies) -> bool {
         let kinematic = |body: u32| bodies.at(body).kind == BodyKind::Kinematic;
         let surface = self.restitution > 0.0
@@ -277,7 +281,7 @@ impl Contact {
         surface || kinematic(self.body_a) || kinematic(self.body_b)
     }
 
-    /// From B's center of mass to a point of it [m, world], as `r_a` is.
+    /// Vector from B's center of mass to a point [m, world], like `r_a`.
     #[inline(always)]
     pub(crate) fn r_b(&self, p: &Point) -> Vec3 {
         p.r_a - self.offset
@@ -290,7 +294,7 @@ impl Contact {
     }
 }
 
-/// What narrowphase writes.
+/// The data that narrowphase writes.
 pub(crate) struct Lent<'a> {
     pub(crate) slots: Slots<'a>,
     pub(crate) watches: &'a mut [Watch],
@@ -298,10 +302,10 @@ pub(crate) struct Lent<'a> {
     pub(crate) softened: &'a mut [Softened],
 }
 
-/// All rows of the table, lent to workers.
+/// All rows of the table, for writing by several workers.
 pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;
 
-/// All rows, of which only numbers change that are [`Shared`].
+/// All rows, in which only [`Shared`] numbers change.
 type Table = Pieces<Option<Contact>>;
 
 /// All contacts.
@@ -310,20 +314,21 @@ type Table = Pieces<Option<Contact>>;
 pub(crate) struct Contacts {
     rows: Pieces<Option<Contact>>,
     free: Vec<u32>,
-    /// Follows from the rows.
+    /// Derived from the rows.
     #[cfg_attr(feature = "serde", serde(skip))]
     pairs: PairSet,
     watched: Watched,
-    /// New contacts of bodies that are not active, which are looked at once, in the step in which they are made.
+    /// New contacts of bodies that are not active. They are tested once, in the step in which they
+    /// are created.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) asked: Vec<u32>,
-    /// By rows: the softness that hooks left or gave in this step. Of contacts that they were not asked for it means nothing; empty
-    /// in a step without hooks.
+    /// By rows: the softness that hooks kept or set in this step. Meaningless for contacts without
+    /// hooks; empty in a step without hooks.
     #[cfg_attr(feature = "serde", serde(skip))]
     softened: Vec<Softened>,
 }
 
-/// The softness of a contact of which hooks decide.
+/// The softness of a contact with hooks.
 pub(crate) type Softened = Option<ContactSoftness>;
 
 impl Clone for Contacts {
@@ -333,9 +338,9 @@ impl Clone for Contacts {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
-        // What hooks said is of the step.
+        // Results of hooks are valid only within a step.
         let Self { rows, free, pairs, watched, asked, softened: _ } = from;
         self.rows.clone_from(rows);
         self.free.clone_from(free);
@@ -364,13 +369,14 @@ impl Contacts {
         self.rows.get(row as usize)?.as_ref()
     }
 
-    /// Number of rows, free ones, what is watched, how many are probed, how many of those have an active body.
+    /// Number of rows, free rows, watches, number of probes, and number of watches with an active
+    /// body.
     pub(crate) fn parts(&self) -> (usize, &[u32], &[Watch], usize, usize) {
         let Watched { watches, probes, awake } = &self.watched;
         (self.rows.len(), &self.free, watches, probes.len(), *awake)
     }
 
-    /// Finds the pairs that rows are of; false if two are of the same.
+    /// Rebuilds the set of pairs from the rows; false if two rows have the same pair.
     pub(crate) fn find_pairs(&mut self) -> bool {
         let mut pairs = PairSet::default();
         let firsts = self.iter().filter(|(_, c)| !c.is_part);
@@ -379,7 +385,8 @@ impl Contacts {
         all
     }
 
-    /// Asks for the first cache lines of a contact; one tells the bodies, four the shapes too.
+    /// Prefetches the first cache lines of a contact; one contains the bodies, four also the
+    /// shapes.
     #[inline]
     pub(crate) fn prefetch(&self, row: u32, lines: usize) {
         if let Some(slot) = self.rows.get(row as usize) {
@@ -387,23 +394,24 @@ impl Contacts {
         }
     }
 
-    /// Asks for what tells whether a pair has a contact. Changes nothing but time, as what follows.
+    /// Prefetches the entry that tells whether a pair has a contact. Affects only time, like the
+    /// prefetches below.
     #[inline]
     pub(crate) fn ask_for_pair(&self, (shape_a, shape_b): (u32, u32)) {
         self.pairs.prefetch(pair_key(shape_a, shape_b));
     }
 
-    /// All rows, empty ones too; for stages that lend rows to workers.
+    /// All rows, including empty ones, for stages whose workers write rows.
     pub(crate) fn slots_mut(&mut self, apart: Apart) -> Slots<'_> {
         self.rows.lend(apart)
     }
 
-    /// The same for the solver, with what hooks made of their softness.
+    /// The same for the solver, with the softness from hooks.
     pub(crate) fn solved_mut(&mut self, apart: Apart) -> (Slots<'_>, &[Softened]) {
         (self.rows.lend(apart), &self.softened)
     }
 
-    /// The same, and what is watched.
+    /// The same with the watches and probes.
     pub(crate) fn watched_mut(&mut self, apart: Apart) -> Lent<'_> {
         let Watched { watches, probes, awake } = &mut self.watched;
         let (watches, probes) = (&mut watches[..*awake], &mut probes[..*awake]);
@@ -411,18 +419,18 @@ impl Contacts {
         Lent { slots: self.rows.lend(apart), watches, probes, softened }
     }
 
-    /// Makes room for what hooks say in this step, if some are asked.
+    /// Allocates memory for the results of hooks in this step, if there are any hooks.
     pub(crate) fn begin_hooks(&mut self, are_asked: bool) {
         self.softened.clear();
         self.softened.resize(if are_asked { self.rows.len() } else { 0 }, None);
     }
 
-    /// Of all pairs that are awake.
+    /// Watches of all awake pairs.
     pub(crate) fn awake_watches(&self) -> &[Watch] {
         &self.watched.watches[..self.watched.awake]
     }
 
-    /// Bodies of each pair that is awake.
+    /// Bodies of each awake pair.
     pub(crate) fn awake_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
         self.awake_watches().iter().map(|watch| [watch.body_a, watch.body_b])
     }
@@ -436,12 +444,13 @@ impl Contacts {
         self.pairs.contains(pair_key(shape_a, shape_b))
     }
 
-    /// Makes room for `n` more at once: growing step by step would copy the table several times.
+    /// Reserves space for `n` more contacts at once. Growing step by step would copy the table
+    /// several times.
     pub(crate) fn make_room(&mut self, n: usize) {
         self.rows.make_room(n.saturating_sub(self.free.len()));
     }
 
-    /// An empty row, to be filled and then entered.
+    /// Takes an empty row, which must be filled and then entered.
     pub(crate) fn take_row(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.rows.push_default();
@@ -449,7 +458,8 @@ impl Contacts {
         })
     }
 
-    /// Moves what is watched of a contact to what is awake or away from it. Other parts than the first are not watched.
+    /// Moves the watch of a contact into or out of the awake part. Secondary manifolds have no
+    /// watch.
     pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
         let contact = self.at(row);
         if !contact.is_part {
@@ -458,7 +468,8 @@ impl Contacts {
         }
     }
 
-    /// Ends the one look at new contacts of bodies that are not active; of those that meanwhile are, nothing changes.
+    /// Ends the single test of new contacts whose bodies are not active. Contacts whose bodies
+    /// became active are unchanged.
     pub(crate) fn end_asking(&mut self, bodies: &Bodies) {
         let mut asked = core::mem::take(&mut self.asked);
         for row in asked.drain(..) {
@@ -470,7 +481,7 @@ impl Contacts {
         self.asked = asked;
     }
 
-    /// The contact has another restitution.
+    /// Updates the watch after the restitution of the contact changed.
     pub(crate) fn follow_restitution(&mut self, row: u32) {
         let contact = self.at(row);
         if !contact.is_part {
@@ -479,7 +490,7 @@ impl Contacts {
         }
     }
 
-    /// One of the contact's bodies was put elsewhere: how far apart they are is not known.
+    /// Forgets the gap of a contact after one of its bodies was moved by a call.
     pub(crate) fn forget_gap(&mut self, row: u32, tracks: &[Track]) {
         let contact = self.at(row);
         if !contact.is_part {
@@ -488,13 +499,13 @@ impl Contacts {
         }
     }
 
-    /// Ways and gaps are counted in another unit: how far bodies are apart is not known.
+    /// Forgets all gaps after the unit of displacements and gaps changed.
     pub(crate) fn forget_gaps(&mut self, tracks: &[Track]) {
         self.watched.watches.iter_mut().for_each(|watch| watch.close(tracks));
     }
 
-    /// One of the contact's shapes is another one, or elsewhere on its body: what its manifolds were made by no longer
-    /// holds. Their points stay, for what they carry.
+    /// Invalidates the manifolds of a contact after one of its shapes was replaced or moved on its
+    /// body. The points stay because they store impulses.
     pub(crate) fn forget_manifolds(&mut self, row: u32, tracks: &[Track]) {
         self.forget_gap(row, tracks);
         let first = self.at_mut(row);
@@ -509,17 +520,18 @@ impl Contacts {
         self.watched.probes[place].gap = 0.0;
     }
 
-    /// Rotations of the bodies when the contact's manifold was made: of parts that of the first one's.
+    /// Rotations of the bodies when the contact's manifold was made. Secondary manifolds use those
+    /// of the first.
     pub(crate) fn rotations_of(&self, row: u32) -> [Quat; 2] {
         let first = self.at(row).first(row);
         let probe = &self.watched.probes[self.at(first).probe.get() as usize];
         [probe.rotation_a, probe.rotation_b]
     }
 
-    /// The center of mass of one of a contact's bodies was put elsewhere, `shift` [m, body]: anchors are
-    /// told from there now, and stay where they are.
+    /// Adjusts the anchors after the center of mass of one of the bodies moved on the body by
+    /// `shift` [m, body]. The anchors stay in place and are measured from the new center.
     pub(crate) fn shift_center(&mut self, row: u32, side: u32, shift: Vec3) {
-        // Of parts, the reference is that of the first one.
+        // Secondary manifolds use the reference of the first.
         let moved = self.rotations_of(row)[side as usize].rotate(shift);
         let contact = self.at_mut(row);
         if side == 0 {
@@ -535,7 +547,7 @@ impl Contacts {
         }
     }
 
-    /// The contacts of a body: (row, side it is on).
+    /// The contacts of a body: (row, side of the body).
     pub(crate) fn of_body(&self, body: &Body) -> impl Iterator<Item = (u32, u32)> {
         let mut at = body.contacts;
         core::iter::from_fn(move || {

@@ -1,4 +1,5 @@
-//! Couplings: one coordinate of a joint follows one of another, as gears, racks and mimicking fingers do.
+//! Couplings: a coordinate of one joint follows a coordinate of another, as in gears, racks and
+//! coupled fingers.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,8 @@ use crate::base::id::JointId;
 use crate::base::limits;
 
 /// Holds `coordinate b = ratio · coordinate a + offset` between coordinates of joints of six axes
-/// ([`crate::JointRef::coordinates`]). Both joints push all their bodies, the first ones too.
+/// ([`crate::JointRef::coordinates`]). It acts on the bodies of both joints, including those of the
+/// first.
 ///
 /// ```
 /// use drystone::joint::{CouplingDef, Hinge};
@@ -38,29 +40,29 @@ use crate::base::limits;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct CouplingDef {
-    /// The joint that is followed.
+    /// The driving joint.
     pub joint_a: JointId,
     /// Its axis.
     pub axis_a: Axis,
-    /// The joint that follows; may be the same one with another axis, which makes a screw.
+    /// The driven joint. It may be the same joint with another axis, which makes a screw.
     pub joint_b: JointId,
     /// Its axis.
     pub axis_b: Axis,
-    /// How far b goes for each unit of a [m or rad, per m or rad]; not 0, and 1e-6 to 1e6 either way.
+    /// Change of b per unit of a [m or rad, per m or rad]; magnitude 1e-6 to 1e6.
     pub ratio: f32,
-    /// Where b is with a at 0 [m or rad].
+    /// Value of b when a is 0 [m or rad].
     pub offset: f32,
 }
 
 impl CouplingDef {
-    /// Gears: hinge b turns `ratio` times as far as hinge a. Wheels that meet at their rims turn against each
-    /// other: with both axes the same way, -radius a / radius b.
+    /// Gears: hinge b turns `ratio` times as far as hinge a. For wheels that touch at their rims,
+    /// with both axes in the same direction, the ratio is -radius a / radius b.
     #[must_use]
     pub const fn gear(joint_a: JointId, joint_b: JointId, ratio: f32) -> Self {
         Self { joint_a, axis_a: Axis::TurnX, joint_b, axis_b: Axis::TurnX, ratio, offset: 0.0 }
     }
 
-    /// Rack and pinion: the slider moves this far for each radian of the hinge [m], the pinion's radius.
+    /// Rack and pinion: the slider moves by the pinion's radius [m] for each radian of the hinge.
     #[must_use]
     pub const fn rack(hinge: JointId, slider: JointId, radius: f32) -> Self {
         Self {
@@ -73,16 +75,20 @@ impl CouplingDef {
         }
     }
 
-    /// Checks every field; whether the joints exist and have such axes is checked by the world.
+    /// Checks every field. The world checks whether the joints exist and have such axes.
     ///
     /// # Errors
     /// The first field that is out of range.
     pub fn validate(&self) -> Result<(), DefError> {
         if self.joint_a == self.joint_b && self.axis_a == self.axis_b {
-            return Err(DefError::new("axis_b", self.axis_b, "another axis or joint than a's"));
+            return Err(DefError::new(
+                "axis_b",
+                self.axis_b,
+                "an axis or joint other than that of `a`",
+            ));
         }
         if !(1.0e-6..=1.0e6).contains(&self.ratio.abs()) {
-            return Err(DefError::new("ratio", self.ratio, "1e-6 to 1e6, or the negative of it"));
+            return Err(DefError::new("ratio", self.ratio, "a number of magnitude 1e-6 to 1e6"));
         }
         within("offset", self.offset, &limits::TARGET)
     }
@@ -98,8 +104,8 @@ pub(crate) struct Coupling {
 }
 
 impl CouplingDef {
-    /// C of these coordinates [m or rad]. In f64: of gears that ran for a while the angles are hundreds of
-    /// radians, and their rounding in f32 would be felt as a load.
+    /// The constraint value C for these coordinates [m or rad]. It is computed in f64: the angles
+    /// of gears reach hundreds of radians, and their rounding in f32 would act as a load.
     pub(crate) fn excess(&self, a: f64, b: f64) -> f32 {
         let c = b - f64::from(self.ratio) * a - f64::from(self.offset);
         #[expect(clippy::cast_possible_truncation, reason = "a small difference")]
@@ -109,7 +115,7 @@ impl CouplingDef {
 }
 
 impl Coupling {
-    /// How far b is from where a wants it [m or rad].
+    /// Deviation of b from its target [m or rad].
     pub(crate) fn error(&self, joints: &Joints, bodies: &Bodies) -> f32 {
         let at = |id: JointId, axis: Axis| {
             let joint = joints.at(joints.rows.row(id)?);
@@ -121,7 +127,7 @@ impl Coupling {
     }
 }
 
-/// A coordinate of a joint [m or rad], full turns exactly.
+/// A coordinate of a joint [m or rad], with full turns counted exactly.
 pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize) -> f64 {
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
     if axis < 3 {
@@ -137,10 +143,10 @@ pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize)
     f64::from(within) + turn * ((f64::from(wound) - f64::from(within)) / turn).round()
 }
 
-/// Checks that a joint can move along an axis that a coupling names.
+/// Checks that an axis of a joint can be coupled.
 pub(crate) fn check_axis(name: &str, def: &SixDof, axis: Axis) -> Result<(), DefError> {
     let at = def.axis(axis);
-    let allowed = "an axis that is not locked, of a joint without a cone";
+    let allowed = "an axis that is not locked, on a joint without a cone";
     let is_free = at.held().is_none() && at.motion != JointMotion::Locked;
     if is_free && (!matches!(axis, Axis::TurnY | Axis::TurnZ) || def.cone.is_none()) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Definitions: what a user says of a body, a shape or a joint, and how it is checked.
+//! Definitions of bodies, shapes and joints, and their validation.
 
 pub use super::body_def::{AxisLocks, BodyDef, BodyKind, MassDef};
 pub(crate) use super::check::{

@@ -1,4 +1,4 @@
-//! What drives a body that is slow: it must not sleep, however slow that is.
+//! Drives of slow bodies: a driven body must not sleep, however slow it is.
 
 use super::bodies::{Bodies, Body};
 use super::contacts::{Contact, Contacts, Point, Traits};
@@ -11,25 +11,27 @@ use super::sixdof::{JointDrive, JointMotion};
 use super::stillness::{rounding, size};
 use crate::base::math::Vec3;
 
-/// Part of its size by which what a spring acts on may move between two marks and rest: so far it may be off its place.
+/// Displacement between two marks below which a sprung body counts as at rest, as a fraction of its
+/// size. It may be this far from its target.
 const SPRUNG: f32 = 1.0e-3;
 
-/// The same of what is driven at a speed: a motor that is weak begins as slowly as this.
+/// The same for a body driven at a speed. It is smaller because a weak motor starts slowly.
 const HELD: f32 = 1.0e-5;
 
-/// Part of what a drive asks for below which it is stalled: what it acts on has come to a stop against something.
+/// Fraction of a drive's target speed below which it is stalled: the driven body has stopped
+/// against an obstacle.
 const STALLED: f32 = 1.0e-3;
 
-/// What drives a body.
+/// The cause that drives a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Driver {
-    /// A kinematic body that moves.
+    /// A moving kinematic body.
     Body(u32),
-    /// A body whose surface moves.
+    /// A body with a moving surface.
     Belt(u32),
-    /// A body that it is pressed together with, and moves apart from.
+    /// A body that is pressed against it and moves relative to it.
     Load(u32),
-    /// A joint whose drive or spring still moves it.
+    /// A joint whose drive or spring still moves the body.
     Joint(u32),
 }
 
@@ -46,18 +48,19 @@ pub(crate) struct Drives<'a> {
     pub(crate) spacing: f32,
 }
 
-/// True of a kinematic body that moves.
+/// True for a moving kinematic body.
 fn moves(body: &Body) -> bool {
     body.kind == BodyKind::Kinematic && (body.v != Vec3::ZERO || body.w != Vec3::ZERO)
 }
 
 impl Drives<'_> {
-    /// The first thing that drives a dynamic body: what it touches, then its joints, in the order of its lists.
+    /// The first cause that drives a dynamic body: its contacts, then its joints, in the order of
+    /// its lists.
     pub(crate) fn driver(&self, row: u32) -> Option<Driver> {
         let body = self.bodies.at(row);
         for (contact, side) in self.contacts.of_body(body) {
             let c = self.contacts.at(contact);
-            // What is only near does not drive.
+            // A contact without load or overlap does not drive.
             let presses = |p: &Point| p.impulse > 0.0 || p.separation <= 0.0;
             if c.sensor || !c.points().iter().any(presses) {
                 continue;
@@ -92,7 +95,7 @@ impl Drives<'_> {
         None
     }
 
-    /// True if a body has come to a stop though a surface would move it at this speed [m/s].
+    /// True if a body has stopped although a surface drives it at this speed [m/s].
     fn is_held(&self, row: u32, speed: f32) -> bool {
         let body = self.bodies.at(row);
         let most = (HELD * size(body, self.length)).min(STALLED * speed * self.spacing)
@@ -101,7 +104,7 @@ impl Drives<'_> {
         means.iter().all(|mean| mean.length(size(body, self.length)) * self.spacing <= most)
     }
 
-    /// How fast the surfaces of a contact move over their shapes, together [m/s].
+    /// Sum of the surface speeds of a contact [m/s].
     fn belt_speed(&self, c: &Contact) -> f32 {
         let point = self.bodies.at(c.body_a).center + c.points[0].r_a;
         let of = |shape: &ShapeRow| {
@@ -111,7 +114,7 @@ impl Drives<'_> {
         of(self.shapes.at(c.shape_a)) + of(self.shapes.at(c.shape_b))
     }
 
-    /// True if a drive or spring of a joint still moves its bodies against each other.
+    /// True if a drive or spring of a joint still moves its bodies relative to each other.
     fn acts(&self, joint: &Joint) -> bool {
         match &joint.link {
             Link::Distance { spring: Some(_), .. } => {
@@ -125,7 +128,7 @@ impl Drives<'_> {
         }
     }
 
-    /// The same of an axis of a joint of six.
+    /// The same for one axis of a joint of six axes.
     fn acts_along(&self, joint: &Joint, six: &Six, i: usize) -> bool {
         let axis = six.def.axes()[i];
         if axis.held().is_some() {
@@ -147,7 +150,7 @@ impl Drives<'_> {
             if i < 3 {
                 return frame.rotate([Vec3::X, Vec3::Y, Vec3::Z][i]).dot(meet.moves).abs();
             }
-            // Behind a cone the swings have no rows of their own.
+            // With a cone the swings have no rows of their own.
             let swings = i > 3 && six.def.cone.is_some();
             let row = six.turns(a.rotation, b.rotation).rows[i - 3];
             if swings { meet.turns.length() } else { row.dot(meet.turns).abs() }
@@ -155,8 +158,8 @@ impl Drives<'_> {
         self.goes(joint, asked, reach, speeds)
     }
 
-    /// True if a coordinate that went at these speeds between marks has not come to a stop [m/s; rad/s]; `reach`: how far
-    /// a unit of it moves something [m].
+    /// True if a coordinate with these speeds between marks has not stopped [m/s; rad/s]. `reach`:
+    /// displacement per unit of the coordinate [m].
     fn goes(&self, joint: &Joint, asked: Asked, reach: f32, speeds: [f32; 2]) -> bool {
         let size = self.size_of(joint);
         let (part, speed) = match asked {
@@ -170,7 +173,7 @@ impl Drives<'_> {
         speeds.iter().any(|speed| speed * self.spacing > most)
     }
 
-    /// Size of the smaller of a joint's bodies that are dynamic [m].
+    /// Size of the smaller dynamic body of a joint [m].
     fn size_of(&self, joint: &Joint) -> f32 {
         let sizes = [joint.body_a, joint.body_b].map(|row| {
             let body = self.bodies.at(row);
@@ -179,7 +182,8 @@ impl Drives<'_> {
         sizes[0].min(sizes[1])
     }
 
-    /// How the second anchor of a joint went against the first between the last marks of its bodies, on the mean.
+    /// Average motion of the second anchor of a joint relative to the first, between the last marks
+    /// of its bodies.
     fn meets(&self, joint: &Joint) -> [Meeting; 2] {
         let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
         let [r_a, r_b] = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
@@ -188,40 +192,42 @@ impl Drives<'_> {
         [0, 1].map(|k| {
             let (of_a, of_b) = (mean(joint.body_a, k), mean(joint.body_b, k));
             let at_b = of_b.moved + of_b.turned.cross(r_b);
-            // The first frame turns with its body, and the gap is told in it.
+            // The first frame turns with its body, and the gap is measured in it.
             let at_a = of_a.moved + of_a.turned.cross(r_a + gap);
             Meeting { gap, moves: at_b - at_a, turns: of_b.turned - of_a.turned }
         })
     }
 }
 
-/// How two anchors go against each other.
+/// Relative motion of two anchors.
 #[derive(Clone, Copy)]
 struct Meeting {
-    /// From the first to the second [m, world].
+    /// Vector from the first anchor to the second [m, world].
     gap: Vec3,
-    /// How that changes, told in the first frame [m/s, world], and the angular velocity [rad/s, world].
+    /// Rate of change of the gap, measured in the first frame [m/s, world], and the relative
+    /// angular velocity [rad/s, world].
     moves: Vec3,
     turns: Vec3,
 }
 
 impl Meeting {
-    /// How fast the distance changes [m/s].
+    /// Rate of change of the distance [m/s].
     fn apart(&self) -> f32 {
         self.gap.try_normalize().map_or(0.0, |n| n.dot(self.moves).abs())
     }
 }
 
-/// What a drive or a spring would do if nothing held it.
+/// The motion that an unobstructed drive or spring would cause.
 #[derive(Clone, Copy)]
 enum Asked {
-    /// It would go at this speed [m/s; rad/s].
+    /// Motion at this speed [m/s; rad/s].
     Speed(f32),
-    /// It would go to a place, at this speed at first [m/s; rad/s].
+    /// Motion to a target, at this initial speed [m/s; rad/s].
     Place(f32),
 }
 
-/// What a drive asks; `None` if it moves nothing. It has reached its place when it is as near as `near` [m; rad].
+/// The motion that a drive demands; `None` if it moves nothing. It has reached its target within
+/// `near` [m; rad].
 fn drive_asks(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<Asked> {
     let JointDrive { velocity, spring, max_force, .. } = *drive;
     if max_force <= 0.0 {
@@ -234,13 +240,14 @@ fn drive_asks(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<
     if spring.stiffness <= 0.0 {
         return None;
     }
-    // An overdamped one closes in at this rate [1/s]; others are faster.
+    // An overdamped drive approaches its target at this rate [1/s]; others are faster.
     let rate = if spring.damping > 0.0 { spring.stiffness / spring.damping } else { f32::INFINITY };
     let error = error().abs();
     Some(Asked::Place(if error <= near { f32::INFINITY } else { rate * error }))
 }
 
-/// A coordinate of a joint of six axes [m; rad]; of the swings behind a cone their parts about y and z.
+/// A coordinate of a joint of six axes [m; rad]. With a cone, the swings are the y and z components
+/// of the swing vector.
 fn coordinate_of(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize) -> f32 {
     if axis > 3 && six.def.cone.is_some() {
         let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));

@@ -1,4 +1,4 @@
-//! The error of a definition or a call that is refused.
+//! The error of a refused definition or call.
 
 use core::fmt::{self, Display};
 
@@ -13,15 +13,16 @@ use crate::geometry::shape::ShapeError;
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum DefErrorKind {
-    /// A number or a word is not one of those allowed: it is not finite, out of range, or unknown.
+    /// A number or a word is not allowed: it is not finite, out of range, or unknown.
     Value,
-    /// An id names nothing in this world: it was removed, or is of another world.
+    /// An id refers to nothing in this world: the object was removed, or belongs to another world.
     Missing,
-    /// The value is fine by itself and does not suit what it is for, such as a mesh for a dynamic body.
+    /// The value is valid by itself but does not suit its use, such as a mesh for a dynamic body.
     Unsuitable,
 }
 
-/// A definition was refused: the field, its value, and what is allowed. Nothing was changed.
+/// The error of a refused definition: the field, its value, and the allowed values. Nothing was
+/// changed.
 ///
 /// ```
 /// use drystone::{BodyDef, DefErrorKind, World};
@@ -48,28 +49,28 @@ impl DefError {
         }
     }
 
-    /// An id that names nothing in this world.
+    /// The error for an id that refers to nothing in this world.
     pub(crate) fn missing(field: &str, value: impl Display, allowed: &str) -> Self {
         Self { kind: DefErrorKind::Missing, ..Self::new(field, value, allowed) }
     }
 
-    /// A value that does not suit what it is for.
+    /// The error for a value that does not suit its use.
     pub(crate) fn unsuitable(field: &str, value: impl Display, allowed: &str) -> Self {
         Self { kind: DefErrorKind::Unsuitable, ..Self::new(field, value, allowed) }
     }
 
-    /// The same of a vector.
+    /// The error for a vector.
     pub(crate) fn of_vec(field: &str, value: Vec3, allowed: &str) -> Self {
         Self::new(field, format_args!("({}, {}, {})", value.x, value.y, value.z), allowed)
     }
 
-    /// The same error of a field inside `outer`.
+    /// The same error for a field inside `outer`.
     pub(crate) fn within(mut self, outer: &str) -> Self {
         self.field = format!("{outer}.{}", self.field);
         self
     }
 
-    /// Why it was refused, to match on.
+    /// The kind of error, to match on.
     #[must_use]
     pub const fn kind(&self) -> DefErrorKind {
         self.kind
@@ -81,13 +82,13 @@ impl DefError {
         &self.field
     }
 
-    /// The value that was given.
+    /// The given value.
     #[must_use]
     pub fn value(&self) -> &str {
         &self.value
     }
 
-    /// What would have been right.
+    /// The allowed values, worded to follow "must be".
     #[must_use]
     pub fn allowed(&self) -> &str {
         &self.allowed
@@ -96,7 +97,7 @@ impl DefError {
 
 impl Display for DefError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}, allowed is {}", self.field, self.value, self.allowed)
+        write!(f, "`{}` must be {} (got {})", self.field, self.allowed, self.value)
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a user says of a body that breaks where it is hit, and how it is checked.
+//! The definition of a body that breaks when it is hit, and its validation.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -10,32 +10,36 @@ use crate::base::limits;
 use crate::base::random::Random;
 use crate::geometry::cells::MOST_SITES;
 
-/// A body of one convex shape breaks into pieces where it is hit, at the end of the step in which a blow
-/// passes one of the limits: it is removed, its pieces are added, and [`crate::events::Events::fractures`] tells of it.
-/// The pieces are the Voronoi cells of random points, denser near the hit; together they have the body's
-/// mass, momentum and spin.
+/// Settings with which a body of one convex shape breaks into pieces when it is hit. It breaks at
+/// the end of a step in which an impact exceeds one of the limits. The body is removed, its pieces
+/// are added, and [`crate::events::Events::fractures`] reports it. The pieces are the Voronoi cells
+/// of random points, denser near the hit. Together they have the body's mass, momentum and angular
+/// momentum.
 ///
-/// A blow is what one other body gave in a step through contacts. The manual: [breakage](crate::manual::breakage).
+/// An impact is the impulse of one other body in a step, through all their contacts. The manual:
+/// [breakage](crate::manual::breakage).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Fracture {
-    /// Greatest impulse of a blow [N s]; above 0; default infinite: the impulse does not count.
+    /// Impulse of an impact above which it breaks [N s]; above 0; default infinite: the impulse
+    /// does not count.
     pub impulse: f32,
-    /// Greatest energy of a blow [J]; above 0; default infinite. It is what the impulse would give to the body
-    /// alone at rest: of one that drops on its face, what it had when it arrived.
+    /// Energy of an impact above which it breaks [J]; above 0; default infinite. It is the kinetic
+    /// energy that the impulse would give to the free body at rest. For a body that drops on its
+    /// face, it is the kinetic energy at the impact.
     pub energy: f32,
-    /// How many pieces it breaks into at most; 2 to 1024; default 12.
+    /// Maximum number of pieces; 2 to 1024; default 12.
     pub pieces: u32,
-    /// A piece has at least the volume of a cube of this edge [m]; above 0; default 0.02. Nor does a body
-    /// break that has not twice as much.
+    /// Edge of the cube with the minimum volume of a piece [m]; above 0; default 0.02. A body with
+    /// less than twice that volume does not break.
     pub min_size: f32,
-    /// How much denser points are near the hit: each is moved towards it from where it would be by the
-    /// product of this many random numbers; 0 (evenly) to 8; default 1.
+    /// Concentration of the points near the hit. Each point is moved from a uniform position toward
+    /// the hit by the product of this many random numbers; 0 (uniform) to 8; default 1.
     pub focus: u32,
-    /// How often pieces break again, 1 to 16: 1 (the default): not. The limits of a piece are in proportion to
-    /// its mass.
+    /// Number of generations that break, 1 to 16; default 1: pieces do not break again. The limits
+    /// of a piece are proportional to its mass.
     pub generations: u32,
-    /// Chooses the points; any number.
+    /// Random seed for the points; any number.
     pub seed: u64,
 }
 
@@ -54,19 +58,19 @@ impl Default for Fracture {
 }
 
 impl Fracture {
-    /// Breaks under a blow of more than this impulse [N s].
+    /// Breaks under an impact of more than this impulse [N s].
     #[must_use]
     pub fn by_impulse(impulse: f32) -> Self {
         Self { impulse, ..Self::default() }
     }
 
-    /// Breaks under a blow of more than this energy [J].
+    /// Breaks under an impact of more than this energy [J].
     #[must_use]
     pub fn by_energy(energy: f32) -> Self {
         Self { energy, ..Self::default() }
     }
 
-    /// Into at most so many pieces.
+    /// With this maximum number of pieces.
     #[must_use]
     pub fn with_pieces(self, pieces: u32) -> Self {
         Self { pieces, ..self }
@@ -93,20 +97,20 @@ impl Fracture {
             if (low..=high).contains(&value) {
                 return Ok(());
             }
-            Err(DefError::new(name, value, &format!("{low} to {high}")))
+            Err(DefError::new(name, value, &format!("a number from {low} to {high}")))
         };
         whole("pieces", self.pieces, 2, u32::try_from(MOST_SITES).unwrap_or(u32::MAX))?;
         whole("focus", self.focus, 0, 8)?;
         whole("generations", self.generations, 1, 16)
     }
 
-    /// Least volume of a piece [m³].
+    /// Minimum volume of a piece [m³].
     pub(crate) fn least_volume(&self) -> f64 {
         let size = f64::from(self.min_size);
         size * size * size
     }
 
-    /// That of a piece with this part of the mass; `None` if pieces do not break again.
+    /// The settings of a piece with this fraction of the mass; `None` if pieces do not break again.
     pub(crate) fn of_piece(&self, part: f32, random: &mut Random) -> Option<Self> {
         let (impulse, energy) = (self.impulse * part, self.energy * part);
         let generations = self.generations.checked_sub(1).filter(|n| *n > 0)?;
@@ -114,7 +118,7 @@ impl Fracture {
         next.validate().is_ok().then_some(next)
     }
 
-    /// Points about `hit` within the box of these corners [m], of those that `inside` lets through.
+    /// Random points near `hit` in the box with these corners [m] for which `inside` is true.
     pub(crate) fn sites(
         &self,
         hit: DVec3,
@@ -125,8 +129,8 @@ impl Fracture {
     ) -> Vec<DVec3> {
         let near = 0.5 * f64::from(self.min_size);
         let mut sites: Vec<DVec3> = Vec::with_capacity(count);
-        // A thin hull fills little of its box, and where pieces would be too small points are refused: then
-        // there are fewer.
+        // A thin hull fills a small part of its box, and points of too small pieces are refused.
+        // There may then be fewer points.
         for _ in 0..64 * count {
             if sites.len() == count {
                 break;

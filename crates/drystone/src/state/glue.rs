@@ -1,4 +1,4 @@
-//! What a user says of shapes glued together, and how it is checked.
+//! The definition of glued shapes and its validation.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -10,54 +10,56 @@ use crate::base::pose::Pose;
 use crate::geometry::flush::flush;
 use crate::geometry::solid::{Core, Solid};
 
-/// How much glue bears. Stress is force over area; it goes by the mean force over a step, so a blow that is
-/// shorter than a step counts as if it took all of it.
+/// The strength of glue. Stress is force over area, computed from the average force over a step. An
+/// impact shorter than a step counts as if it lasted the whole step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BondStrength {
-    /// Greatest tension across the face, that of bending included [Pa]; above 0; may be infinite. Pressure
-    /// breaks no bond.
+    /// Maximum tension across the face, including that of bending [Pa]; above 0; may be infinite.
+    /// Compression breaks no bond.
     pub tension: f32,
-    /// Greatest shear along the face, that of twisting included [Pa]; above 0; may be infinite.
+    /// Maximum shear along the face, including that of twisting [Pa]; above 0; may be infinite.
     pub shear: f32,
 }
 
-/// Glue on a face that two shapes of a body share.
+/// Glue on a face shared by two shapes of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Bond {
-    /// The two shapes, by their places in [`crate::BodyDef::shapes`].
+    /// The two shapes, as indices into [`crate::BodyDef::shapes`].
     pub shapes: [usize; 2],
-    /// Middle of the face [m, body].
+    /// Center of the face [m, body].
     pub point: Vec3,
-    /// From the first shape to the second [body]; any length.
+    /// Normal from the first shape to the second [body]; any length.
     pub normal: Vec3,
     /// Area of the face [m²]; above 0.
     pub area: f32,
-    /// What it bears.
+    /// The stress at which it breaks.
     pub strength: BondStrength,
 }
 
-/// Bonds between the shapes of a body: it is one body until the stress on some of them passes what they bear;
-/// then what no bond holds together any more goes on as bodies of their own.
+/// Bonds between the shapes of a body. A bond breaks when its stress exceeds its strength. Parts
+/// that are no longer connected by bonds become separate bodies.
 ///
-/// The part with the most mass stays the body it was, with its id; the others are new bodies. Shapes keep their
-/// ids, materials, filters and user data; new bodies have the body's gravity scale, damping, axis locks, sleep
-/// settings and user data, no lasting forces, and the velocity that their matter had.
+/// The part with the largest mass stays the original body, with its id; the others are new bodies.
+/// Shapes keep their ids, materials, filters and user data. New bodies inherit the body's gravity
+/// scale, damping, axis locks, sleep settings and user data, and the velocity of their matter. They
+/// have no lasting forces.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Glue {
-    /// The bonds; they hold all shapes but sensors together.
+    /// The bonds. They must connect all shapes except sensors.
     pub bonds: Vec<Bond>,
 }
 
-/// Most pieces of a glued body: the stress in its bonds is solved for in steps in which its load changes.
+/// Maximum number of pieces of a glued body. The stress in its bonds is solved for in steps in
+/// which its load changes.
 const MOST_PIECES: usize = 4096;
 
 impl Glue {
-    /// A bond on each face that two of these shapes share: boxes and hulls whose faces are parallel, no more
-    /// than `gap` apart [m] and no deeper in each other, and overlap along the face by more than a thousandth of
-    /// the smaller one.
+    /// Creates a bond on each face that two of these shapes share. The shapes must be boxes or
+    /// hulls with parallel faces that are at most `gap` apart [m] and overlap each other at most as
+    /// deep. The faces must overlap by more than a thousandth of the smaller one.
     ///
     /// # Errors
     /// A shape or the strength is out of range.
@@ -101,13 +103,14 @@ impl Glue {
         Ok(Self { bonds })
     }
 
-    /// Checks every field against the shapes that it holds.
+    /// Checks every field against the shapes of the body.
     ///
     /// # Errors
-    /// The first field that is out of range; a shape that no bond holds; shapes that fall into parts.
+    /// The first field that is out of range; a shape without a bond; shapes that are not all
+    /// connected.
     pub fn validate(&self, shapes: &[ShapeDef]) -> Result<(), DefError> {
         if shapes.len() > MOST_PIECES {
-            return Err(DefError::new("shapes", shapes.len(), "up to 4096 shapes"));
+            return Err(DefError::new("shapes", shapes.len(), "at most 4096 in number"));
         }
         let mut part: Vec<usize> = (0..shapes.len()).collect();
         for (i, bond) in self.bonds.iter().enumerate() {
@@ -123,7 +126,7 @@ impl Glue {
             }
             let own = root(&mut part, i);
             if *first.get_or_insert(own) != own {
-                let value = format!("no bond to shape {i} from the first one");
+                let value = format!("bonds that do not reach shape {i} from the first one");
                 return Err(DefError::unsuitable(
                     "bonds",
                     value,
@@ -140,20 +143,24 @@ impl Bond {
         for (side, shape) in self.shapes.into_iter().enumerate() {
             let name = format!("shapes[{side}]");
             let Some(def) = shapes.get(shape) else {
-                let allowed = format!("the number of a shape, below {}", shapes.len());
+                let allowed = format!("the index of a shape, below {}", shapes.len());
                 return Err(DefError::unsuitable(&name, shape, &allowed));
             };
             if def.sensor {
-                return Err(DefError::unsuitable(&name, shape, "a shape that is no sensor"));
+                return Err(DefError::unsuitable(&name, shape, "a shape that is not a sensor"));
             }
         }
         if self.shapes[0] == self.shapes[1] {
-            return Err(DefError::unsuitable("shapes[1]", self.shapes[1], "another shape"));
+            return Err(DefError::unsuitable(
+                "shapes[1]",
+                self.shapes[1],
+                "a shape other than shapes[0]",
+            ));
         }
         position("point", self.point)?;
         finite_vec("normal", self.normal)?;
         if self.normal.try_normalize().is_none() {
-            return Err(DefError::new("normal", "zero", "a direction"));
+            return Err(DefError::new("normal", "zero", "a direction of nonzero length"));
         }
         above_zero("area", self.area)?;
         self.strength.validate().map_err(|e| e.within("strength"))
@@ -161,7 +168,7 @@ impl Bond {
 }
 
 impl BondStrength {
-    /// Both of this [Pa].
+    /// A strength with this limit for both tension and shear [Pa].
     #[must_use]
     pub const fn both(stress: f32) -> Self {
         Self { tension: stress, shear: stress }
@@ -177,7 +184,7 @@ impl BondStrength {
     }
 }
 
-/// Of parts as chains of numbers that go down: the first of the part that `i` is in.
+/// The first element of the part of `i`. Parts are chains of decreasing indices.
 pub(crate) fn root(part: &mut [usize], mut i: usize) -> usize {
     while part[i] != i {
         part[i] = part[part[i]];
@@ -186,7 +193,7 @@ pub(crate) fn root(part: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// Of the box around a solid, the smallest side [m²].
+/// The smallest side of the box around a solid [m²].
 fn face_area(solid: &Solid) -> f32 {
     let h = solid.aabb(&Pose::IDENTITY).half_extents();
     4.0 * (h.x * h.y).min(h.x * h.z).min(h.y * h.z)

@@ -1,7 +1,7 @@
-//! Islands: dynamic bodies connected by contacts or joints. Kept from step to step: merged when a
-//! connection is made, split when one of them wants to sleep, or when so many were cut that too few are
-//! left to hold it together. Their bodies are chained in the bodies' rows, so that merging and splitting
-//! take no memory.
+//! Islands: dynamic bodies connected by contacts or joints. They are kept between steps. Two
+//! islands merge when a connection is made. An island is split when one of its bodies is ready to
+//! sleep, or when cuts left too few connections to hold it together. The bodies are chained in
+//! their rows, so that merging and splitting allocate nothing.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -17,13 +17,14 @@ pub(crate) struct Island {
     pub(crate) first: u32,
     last: u32,
     pub(crate) len: u32,
-    /// Connections were cut since it was last known to be connected.
+    /// True if connections were cut since it was last known to be connected.
     pub(crate) cut: bool,
-    /// Is in [`Islands::loose`].
+    /// True if it is in [`Islands::loose`].
     listed: bool,
-    /// Ends of connections that were cut since what is left was last counted, as far as this counts.
+    /// Number of ends of connections that were cut since the remaining connections were last
+    /// counted; saturating.
     cuts: u16,
-    /// It is not looked through before this step, see [`Islands::split_again`].
+    /// It is not searched before this step: see [`Islands::split_again`].
     pub(crate) wait_until: u64,
 }
 
@@ -48,15 +49,15 @@ impl Island {
         })
     }
 
-    /// Its last cuts have as many ends as it has bodies.
+    /// True if the recent cuts have as many ends as it has bodies.
     pub(crate) fn was_cut_often(&self) -> bool {
         self.len > 1 && u32::from(self.cuts) >= self.len.min(u32::from(u16::MAX))
     }
 
-    /// Its bodies have so few connections that it cannot be one still.
+    /// True if its bodies have too few connections for a single island.
     fn is_apart(&self, bodies: &Bodies) -> bool {
-        // n bodies are held together by n - 1 connections at least, each of which has two ends. Those to
-        // what cannot be pushed are counted as well.
+        // Connecting n bodies takes at least n - 1 connections, each with two ends. Connections to
+        // immovable bodies are counted too.
         let needed = 2 * u64::from(self.len.saturating_sub(1));
         let mut ends = 0;
         self.bodies(bodies).all(|body| {
@@ -72,20 +73,22 @@ impl Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
-    /// Islands of whose connections many were cut: no fewer ends than there are bodies, so that to count what is
-    /// left costs no more than the cuts did. Some may be another by now.
+    /// Islands with many cut connections: at least as many cut ends as bodies. Counting the
+    /// remaining connections then costs no more than the cuts did. An entry may be outdated, if its
+    /// row now holds another island.
     loose: Vec<u32>,
-    /// A body that is woken wakes alone, not with its island: bodies freeze one by one.
+    /// True if bodies freeze one by one, so that a woken body wakes alone and not with its island.
     pub(crate) wake_alone: bool,
-    /// Then a touch below this speed wakes nothing [m/s].
+    /// In that mode, a contact below this speed wakes nothing [m/s].
     pub(crate) gentle_speed: f32,
     /// Length of a typical body in this step [m].
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) length: f32,
-    /// How many islands were dissolved: bodies of one may be of several now that have its number and others.
+    /// Number of dissolved islands. It tells a reader that islands may have changed: bodies of one
+    /// may now be in several, with new numbers.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) dissolved: u64,
-    /// Memory for the list of an island, see [`Self::members`].
+    /// Reused memory for the list of an island: see [`Self::members`].
     #[cfg_attr(feature = "serde", serde(skip))]
     spare: Vec<u32>,
 }
@@ -97,7 +100,7 @@ impl Clone for Islands {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { rows, free, loose, wake_alone, gentle_speed, length, .. } = from;
         self.rows.clone_from(rows);
@@ -110,24 +113,26 @@ impl Clone for Islands {
 }
 
 impl Islands {
-    /// True if a contact of these bodies is solved while it has points. One that sleeps is met by what touches it, and
-    /// then it is awake; where bodies wake alone it is immovable meanwhile.
+    /// True if a contact of these bodies is solved while it has points. A body that touches a
+    /// sleeping body wakes it before the solve. If bodies wake alone, a sleeping body is immovable
+    /// instead.
     pub(crate) fn solves(&self, a: &Body, b: &Body) -> bool {
         let moves = |body: &Body| body.active() && body.is_dynamic();
         (moves(a) || moves(b)) && (self.wake_alone || !(a.sleeps() || b.sleeps()))
     }
 
-    /// Rows that are free.
+    /// Free rows.
     pub(in crate::state) fn free(&self) -> &[u32] {
         &self.free
     }
 
-    /// Every island that was cut often is there.
+    /// True if every island in `loose` exists.
     pub(in crate::state) fn knows_loose(&self) -> bool {
         self.loose.iter().all(|island| (*island as usize) < self.rows.len())
     }
 
-    /// A list of an island's bodies, for who changes islands on the way; to be given back.
+    /// A list of an island's bodies, for callers that change islands meanwhile. Return it with
+    /// [`Self::give_back`].
     pub(crate) fn members(&mut self, island: u32, bodies: &Bodies) -> Vec<u32> {
         let mut list = core::mem::take(&mut self.spare);
         list.clear();
@@ -139,12 +144,12 @@ impl Islands {
         list
     }
 
-    /// Takes back what [`Self::members`] lent.
+    /// Takes back the list from [`Self::members`].
     pub(crate) fn give_back(&mut self, list: Vec<u32>) {
         self.spare = list;
     }
 
-    /// A new island of one body.
+    /// Creates an island of one body.
     pub(crate) fn create(&mut self, body: u32, bodies: &mut Bodies) -> u32 {
         let island = self.free.pop().unwrap_or_else(|| {
             grow::push(&mut self.rows, Island::FREE);
@@ -154,7 +159,7 @@ impl Islands {
         island
     }
 
-    /// Puts a body that is in no island behind the others of one.
+    /// Appends a body that is in no island to an island.
     pub(crate) fn push(&mut self, island: u32, body: u32, bodies: &mut Bodies) {
         let row = &mut self.rows[island as usize];
         let b = bodies.at_mut(body);
@@ -168,14 +173,15 @@ impl Islands {
         row.len += 1;
     }
 
-    /// Empties an island and frees its row; its bodies are in none until they are put into one.
+    /// Empties an island and frees its row. Its bodies are in no island until they are added to
+    /// one.
     pub(crate) fn dissolve(&mut self, island: u32) {
         self.free.push(island);
         self.dissolved += 1;
         self.rows[island as usize] = Island::FREE;
     }
 
-    /// Connects the islands of two dynamic bodies.
+    /// Merges the islands of two dynamic bodies.
     pub(crate) fn link(&mut self, a: u32, b: u32, bodies: &mut Bodies) {
         let (mut keep, mut give) = (bodies.at(a).island, bodies.at(b).island);
         if keep == give || keep == NONE || give == NONE {
@@ -203,15 +209,15 @@ impl Islands {
         self.list_if_loose(keep);
     }
 
-    /// Puts off the next search for components until as many steps have gone by as the island has
-    /// hundreds of bodies: a large one with some still bodies would be searched in every step, for its
-    /// connections are cut in every step.
+    /// Delays the next search for components by one step per 128 bodies. A large island with some
+    /// still bodies has cut connections in every step, and would otherwise be searched in every
+    /// step.
     pub(crate) fn split_again(&mut self, island: u32, step: u64) {
         let row = &mut self.rows[island as usize];
         row.wait_until = step + u64::from(row.len / 128);
     }
 
-    /// A connection of this body was cut.
+    /// Records a cut connection of this body.
     pub(crate) fn cut(&mut self, body: u32, bodies: &Bodies) {
         let island = bodies.at(body).island;
         if island == NONE {
@@ -231,14 +237,16 @@ impl Islands {
         }
     }
 
-    /// Takes one out of the list of those that were cut often; `None` at its end.
+    /// Takes an island from the list of frequently cut ones, if it can no longer be connected;
+    /// `None` at the end of the list.
     pub(crate) fn next_loose(&mut self, bodies: &Bodies) -> Option<u32> {
         loop {
             let island = self.loose.pop()?;
             let row = &mut self.rows[island as usize];
             let often = row.listed && row.was_cut_often();
             row.listed = false;
-            // Only of what is awake the connections are counted, and that is all of an island or none.
+            // Connections are counted only for awake bodies; an island is awake as a whole or not
+            // at all.
             let counted = !self.wake_alone && row.first != NONE && bodies.at(row.first).active();
             if often && counted {
                 row.cuts = 0;
@@ -249,7 +257,7 @@ impl Islands {
         }
     }
 
-    /// Takes a body out.
+    /// Removes a body from its island.
     pub(crate) fn remove(&mut self, body: u32, bodies: &mut Bodies) {
         let b = bodies.at_mut(body);
         let (island, previous, next) = (b.island, b.island_previous, b.island_next);

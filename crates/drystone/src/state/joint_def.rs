@@ -1,4 +1,4 @@
-//! What a user says of a joint, and how it is checked.
+//! Definitions of joints and their validation.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -12,34 +12,35 @@ use crate::base::limits;
 use crate::base::math::{Mat3, Vec3};
 use crate::base::quat::Quat;
 
-/// What a joint does.
+/// The kind of a joint, with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 #[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
 pub enum JointKind {
-    /// The two anchors stay together; rotation is free.
+    /// The two anchors coincide; rotation is free.
     Ball,
     /// The distance of the two anchors stays between two lengths.
     Distance {
-        /// Least distance [m]; at least 0.
+        /// Minimum distance [m]; at least 0.
         min: f32,
-        /// Greatest distance [m]; at least `min`.
+        /// Maximum distance [m]; at least `min`.
         max: f32,
         /// A spring toward a rest length, between the limits.
         spring: Option<Spring>,
     },
-    /// Each of six axes is free, locked, limited, sprung or driven. Its anchors are the origins of its
-    /// frames.
+    /// Each of six axes is free, locked, limited, sprung or driven. The anchors are the origins of
+    /// the two frames.
     SixDof(SixDof),
     /// A rope over fixed points.
     Pulley(Pulley),
-    /// A coordinate of one joint follows one of another; made by [`crate::World::add_coupling`] only.
+    /// A coordinate of one joint follows a coordinate of another. Only
+    /// [`crate::World::add_coupling`] creates it.
     Coupling(CouplingDef),
 }
 
-/// A rope from the first body over two fixed points to the second: `length_a + ratio · length_b` is no more than
-/// its length, where the lengths are those from each anchor to its point.
+/// A rope from the first body over two fixed points to the second. `length_a + ratio · length_b` is
+/// at most the length of the rope, where the two lengths are those from each anchor to its point.
 ///
 /// ```
 /// use drystone::joint::Pulley;
@@ -54,13 +55,14 @@ pub enum JointKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Pulley {
-    /// The points it goes over, that of the first body first [m, world].
+    /// The two fixed points, that of the first body first [m, world].
     pub points: [Vec3; 2],
     /// Length of the rope [m]; above 0.
     pub length: f32,
-    /// How many times the rope goes to the second body, as in a block and tackle; 1e-3 to 1e3.
+    /// Number of times that the rope runs to the second body, as in a block and tackle; 1e-3 to
+    /// 1e3.
     pub ratio: f32,
-    /// It cannot go slack: a chain of rods. Default false.
+    /// Whether the rope cannot go slack, like a chain of rods. Default false.
     pub is_rigid: bool,
 }
 
@@ -71,7 +73,7 @@ impl Pulley {
         Self { points: points.map(Into::into), length, ratio: 1.0, is_rigid: false }
     }
 
-    /// How much longer the way is than the rope [m], its anchors being here [m, world].
+    /// Excess of the path over the rope [m], for these anchors [m, world].
     pub(crate) fn excess(&self, anchors: [Vec3; 2]) -> f32 {
         let [a, b] = [0, 1].map(|i| (anchors[i] - self.points[i]).length());
         a + self.ratio * b - self.length
@@ -84,11 +86,11 @@ impl Pulley {
         if (1.0e-3..=1.0e3).contains(&self.ratio) {
             return Ok(());
         }
-        Err(DefError::new("ratio", self.ratio, "1e-3 to 1e3"))
+        Err(DefError::new("ratio", self.ratio, "a number from 1e-3 to 1e3"))
     }
 }
 
-/// A damped spring between two anchors: a joint of its own, or part of a [`crate::joint::Distance`].
+/// A damped spring between two anchors: a joint by itself, or part of a [`crate::joint::Distance`].
 ///
 /// ```
 /// use drystone::joint::Spring;
@@ -103,24 +105,26 @@ impl Pulley {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Spring {
-    /// Length without force [m]; at least 0.
+    /// Rest length [m]; at least 0.
     pub rest_length: f32,
-    /// Undamped frequency of the two bodies on it [Hz]; above 0.
+    /// Undamped frequency of the two bodies on the spring [Hz]; above 0.
     pub hertz: f32,
     /// Damping ratio; at least 0; 1 is critical.
     pub damping_ratio: f32,
 }
 
 impl Spring {
-    /// With this length without force [m], undamped frequency of the two bodies on it [Hz] and damping ratio (1: critical).
+    /// A spring with this rest length [m], undamped frequency of the two bodies on it [Hz] and
+    /// damping ratio (1: critical).
     #[must_use]
     pub const fn new(rest_length: f32, hertz: f32, damping_ratio: f32) -> Self {
         Self { rest_length, hertz, damping_ratio }
     }
 
-    /// With this length without force [m], stiffness [N/m] and damping [N s/m], for a mass on it [kg]: that of the body
-    /// that hangs on one that does not move, else `1/(1/a + 1/b)` of both. Its force is exact while the anchors are at the
-    /// centers of mass, or in line with them; elsewhere a body that turns yields more, and the spring is softer by that.
+    /// A spring with this rest length [m], stiffness [N/m] and damping [N s/m], for a mass on it
+    /// [kg]. Between a body and an immovable one it is the body's mass, otherwise `1/(1/a + 1/b)`
+    /// of both masses. The force is exact if the anchors are at the centers of mass, or in line
+    /// with them. Elsewhere the bodies also rotate, which makes the spring softer.
     #[must_use]
     pub fn with_stiffness(rest_length: f32, stiffness: f32, damping: f32, mass: f32) -> Self {
         let omega = (stiffness / mass).sqrt();
@@ -131,8 +135,8 @@ impl Spring {
 
 /// A joint between two bodies; one of them may be static or kinematic.
 ///
-/// It says between whom, where, and of which kind: [`crate::joint`] has the kinds by name. The manual:
-/// [joints](crate::manual::joints).
+/// It defines the two bodies, the place and the kind: [`crate::joint`] has the kinds by name. The
+/// manual: [joints](crate::manual::joints).
 ///
 /// ```
 /// use drystone::joint::Hinge;
@@ -161,60 +165,68 @@ pub struct JointDef {
     pub anchor_a: Vec3,
     /// Anchor on the second body [m, frame of its origin; or world, see `world_anchors`].
     pub anchor_b: Vec3,
-    /// The anchors are points of the world, where the bodies lie when the joint is added; default false.
+    /// Whether the anchors are world points, for the poses of the bodies when the joint is added;
+    /// default false.
     pub world_anchors: bool,
-    /// Axes of both frames of a joint of six axes [world], as the bodies lie when it is added: all its coordinates are 0
-    /// then if its anchors meet. `None`, the default: the frames are those of its kind.
+    /// Axes of both frames of a joint of six axes [world], for the poses of the bodies when it is
+    /// added. All its coordinates are then 0 if the anchors coincide. `None` (the default): the
+    /// frames are those of its kind.
     pub world_axes: Option<WorldAxes>,
-    /// What it does.
+    /// The kind of the joint.
     pub kind: JointKind,
-    /// Whether the two bodies collide with each other; default false, but true for pulleys.
+    /// Whether the two bodies collide with each other; default false, except true for pulleys.
     pub collide_connected: bool,
-    /// What it can bear; `None`, the default: anything.
+    /// The load at which the joint breaks; `None` (the default): it never breaks.
     pub strength: Option<JointStrength>,
-    /// Solve the whole tree of joints that this one belongs to at once, whatever loads it carries; default
-    /// false. Without it trees are that carry `joint.tree_ratio` times a link's mass. For robots and
-    /// figures whose joints must hold exactly; a tree that closes a loop over bodies that move, or has a rod or
-    /// rope in it, is solved joint by joint all the same.
+    /// Whether the whole tree of joints that contains this one is solved directly, whatever its
+    /// loads; default false. Without it, only trees whose load exceeds `joint.tree_ratio` times a
+    /// link's mass are. It is meant for robots and figures whose joints must hold exactly. A tree
+    /// that closes a loop over moving bodies, or contains a rod or rope, is always solved joint by
+    /// joint.
     pub articulated: bool,
-    /// Whether it acts from the start; default true. See [`JointMut::set_enabled`](crate::JointMut::set_enabled).
+    /// Whether the joint acts from the start; default true. See
+    /// [`JointMut::set_enabled`](crate::JointMut::set_enabled).
     pub enabled: bool,
-    /// Any number of the user's.
+    /// A number for the user.
     pub user_data: u64,
 }
 
-/// Axes of a joint, told in the world: what [`JointDef::with_axis`], [`JointDef::with_axes`] and
-/// [`JointDef::with_rotation`] set.
+/// Axes of a joint in the world, set by [`JointDef::with_axis`], [`JointDef::with_axes`] and
+/// [`JointDef::with_rotation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum WorldAxes {
-    /// x is along this vector of any length; y and z are somewhere across it.
+    /// x is along this vector of any length; y and z are perpendicular to it and otherwise
+    /// arbitrary.
     Along(Vec3),
-    /// x is along the first vector; y is as near to the second as a right angle allows. Both have any length.
+    /// x is along the first vector; y is perpendicular to x and as near to the second vector as
+    /// possible. The vectors have any length.
     Across(Vec3, Vec3),
-    /// The axes of the world, turned so.
+    /// The world's axes, rotated.
     Turned(Quat),
 }
 
 impl WorldAxes {
-    /// As a rotation of the world's axes.
+    /// The axes as a rotation of the world's axes.
     ///
     /// # Errors
-    /// A vector is not finite or has no length, or both have one direction; a rotation that is not a unit quaternion.
+    /// A vector is not finite or has no length, both vectors are parallel, or a rotation is not a
+    /// unit quaternion.
     pub(crate) fn rotation(&self) -> Result<Quat, DefError> {
         let direction = |name: &str, v: Vec3| {
             finite_vec(name, v)?;
-            v.try_normalize().ok_or_else(|| DefError::of_vec(name, v, "a direction"))
+            v.try_normalize()
+                .ok_or_else(|| DefError::of_vec(name, v, "a direction of nonzero length"))
         };
         match *self {
             Self::Along(x) => Ok(Quat::from_arc(Vec3::X, direction("world_axes.x", x)?)),
             Self::Across(x, y) => {
                 let (x, y) = (direction("world_axes.x", x)?, direction("world_axes.y", y)?);
                 let z = x.cross(y);
-                // Below this sine the plane of both is rounding of f32.
+                // Below this sine the plane of the two vectors is rounding of f32.
                 if !(z.length() > 1.0e-5) {
-                    let allowed = "a direction across the x axis";
+                    let allowed = "a direction not parallel to the x axis";
                     return Err(DefError::of_vec("world_axes.y", y, allowed));
                 }
                 let z = z.normalize_or(Vec3::Z);
@@ -228,40 +240,40 @@ impl WorldAxes {
     }
 }
 
-/// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
-/// [`crate::events::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
-/// step, in whatever parts an island takes it.
+/// The load limits of a joint. It breaks at the end of a step in which its load exceeded a limit:
+/// it is removed and reported in [`crate::events::Events::joint_break`]. Force and torque are
+/// averages over each substep of the step, however finely an island subdivides it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointStrength {
-    /// Greatest force [N]; above 0; may be infinite, as by default.
+    /// Maximum force [N], above 0; may be infinite (the default).
     pub force: f32,
-    /// Greatest torque of a joint of six axes [N m]; above 0; may be infinite, as by default.
+    /// Maximum torque of a joint of six axes [N m], above 0; may be infinite (the default).
     pub torque: f32,
-    /// Greatest impulse in a step [N s]: the force times time, summed over the step; above 0; may be infinite, as by
-    /// default. A blow passes it in whichever substep it comes.
+    /// Maximum impulse in a step [N s], above 0; may be infinite (the default). It is the force
+    /// integrated over the step, so an impact counts fully in whichever substep it comes.
     pub impulse: f32,
-    /// Loads below these limits wear the joint out; default `None`: they do not.
+    /// Wear by loads below these limits; default `None`: no wear.
     pub fatigue: Option<Fatigue>,
 }
 
-/// How loads below its limits wear a joint out: damage grows by (load / limit)^`exponent` × time / `life` while that
-/// ratio, the largest of force and torque, is at least `endurance`, and the joint breaks when it reaches 1.
-/// Damage adds up in whatever order loads come [Miner45], at a rate that is a power of the load
-/// [Basquin10]. The impulse has no part in it.
+/// Wear of a joint by loads below its limits. Damage grows by (load / limit)^`exponent` × time /
+/// `life` while the load ratio, the larger one of force and torque, is at least `endurance`. The
+/// joint breaks when damage reaches 1. Damage is a sum, independent of the order of loads
+/// [Miner45], at a rate that is a power of the load [Basquin10]. The impulse does not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Fatigue {
-    /// How long a load as large as the limit is borne [s]; above 0.
+    /// Time until a load equal to the limit breaks the joint [s]; above 0.
     pub life: f32,
     /// Power of the load, 1 to 32; metals have 3 to 10.
     pub exponent: u32,
-    /// Part of the limits below which a load does no harm; 0 to 1.
+    /// Fraction of the limits below which a load causes no damage; 0 to 1.
     pub endurance: f32,
 }
 
 impl Default for JointStrength {
-    /// Bears anything.
+    /// No limits.
     fn default() -> Self {
         let force = f32::INFINITY;
         Self { force, torque: force, impulse: force, fatigue: None }
@@ -285,15 +297,15 @@ impl Fatigue {
     fn validate(&self) -> Result<(), DefError> {
         above_zero("life", self.life)?;
         if !(1..=32).contains(&self.exponent) {
-            return Err(DefError::new("exponent", self.exponent, "1 to 32"));
+            return Err(DefError::new("exponent", self.exponent, "a number from 1 to 32"));
         }
         if !(0.0..=1.0).contains(&self.endurance) {
-            return Err(DefError::new("endurance", self.endurance, "0 to 1"));
+            return Err(DefError::new("endurance", self.endurance, "a number from 0 to 1"));
         }
         Ok(())
     }
 
-    /// Damage that a load of this part of the limit does in a time [s].
+    /// Damage by a load of this fraction of the limit in a time [s].
     pub(crate) fn damage(&self, part: f32, time: f32) -> f32 {
         if !(part >= self.endurance) {
             return 0.0;
@@ -303,7 +315,7 @@ impl Fatigue {
 }
 
 impl JointKind {
-    /// Its name, in errors.
+    /// Its name, for errors.
     pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::Ball => "a ball joint",
@@ -314,7 +326,7 @@ impl JointKind {
         }
     }
 
-    /// Checks every field; whether the joints that a coupling names exist is checked by the world.
+    /// Checks every field. The world checks whether the joints of a coupling exist.
     pub(crate) fn validate(&self) -> Result<(), DefError> {
         match self {
             Self::Ball => Ok(()),
@@ -325,7 +337,7 @@ impl JointKind {
                 within("min", *min, &limits::DISTANCE)?;
                 within("max", *max, &limits::DISTANCE)?;
                 if max < min {
-                    return Err(DefError::new("max", max, "at least min"));
+                    return Err(DefError::new("max", max, "at least `min`"));
                 }
                 let Some(s) = spring else { return Ok(()) };
                 within("spring.rest_length", s.rest_length, &limits::DISTANCE)?;
@@ -338,8 +350,9 @@ impl JointKind {
 }
 
 impl JointDef {
-    /// A joint of this kind between two bodies, with its anchors at their origins and the frames of its kind, until it is
-    /// told where it is: [`Self::at`], or [`Self::with_anchors`] and [`Self::with_frames`].
+    /// A joint of this kind between two bodies, with its anchors at their origins and the frames of
+    /// its kind. Place it with [`Self::at`], or with [`Self::with_anchors`] and
+    /// [`Self::with_frames`].
     #[must_use]
     pub fn new(body_a: BodyId, body_b: BodyId, kind: impl Into<JointKind>) -> Self {
         let kind = kind.into();
@@ -359,15 +372,17 @@ impl JointDef {
         }
     }
 
-    /// At a point [m, world], where the bodies lie when it is added. Its axes are the world's unless they are told, so that
-    /// a fixed joint holds the bodies as they are.
+    /// Places it at a point [m, world], for the poses of the bodies when it is added. Its axes are
+    /// the world's unless they are set, so that a fixed joint holds the bodies in their current
+    /// poses.
     #[must_use]
     pub fn at(self, point: impl Into<Vec3>) -> Self {
         let point = point.into();
         self.between(point, point)
     }
 
-    /// As [`Self::at`], with a point for each body [m, world]: the ends of a rope, a spring or a pulley.
+    /// Like [`Self::at`], with a point for each body [m, world]: the ends of a rope, a spring or a
+    /// pulley.
     #[must_use]
     pub fn between(self, point_a: impl Into<Vec3>, point_b: impl Into<Vec3>) -> Self {
         let (anchor_a, anchor_b) = (point_a.into(), point_b.into());
@@ -375,20 +390,22 @@ impl JointDef {
         Self { anchor_a, anchor_b, world_anchors: true, world_axes, ..self }
     }
 
-    /// With its x axis along this direction [world, any length]: that of a hinge's turn, a slider's way, a cone.
+    /// With its x axis along this direction [world, any length]: the axis of a hinge, a slider or a
+    /// cone.
     #[must_use]
     pub fn with_axis(self, x: impl Into<Vec3>) -> Self {
         Self { world_axes: Some(WorldAxes::Along(x.into())), ..self }
     }
 
-    /// With its x axis along the first direction, its y axis as near to the second as a right angle allows [world, any
-    /// length]: way and axle of a wheel, the two axes of a universal joint.
+    /// With its x axis along the first direction, and its y axis perpendicular to x and as near to
+    /// the second one as possible [world, any length]. The axes are suspension and axle of a wheel,
+    /// or the two axes of a universal joint.
     #[must_use]
     pub fn with_axes(self, x: impl Into<Vec3>, y: impl Into<Vec3>) -> Self {
         Self { world_axes: Some(WorldAxes::Across(x.into(), y.into())), ..self }
     }
 
-    /// With the world's axes, turned so.
+    /// With the world's axes, rotated by `rotation`.
     #[must_use]
     pub fn with_rotation(self, rotation: Quat) -> Self {
         Self { world_axes: Some(WorldAxes::Turned(rotation)), ..self }
@@ -401,7 +418,8 @@ impl JointDef {
         Self { anchor_a, anchor_b, world_anchors: false, ..self }
     }
 
-    /// With these axes of a joint of six axes [each in the frame of its body]; other kinds have none.
+    /// With these frames of a joint of six axes [each in the frame of its body]; no effect on other
+    /// kinds.
     #[must_use]
     pub fn with_frames(self, frame_a: Quat, frame_b: Quat) -> Self {
         let kind = match self.kind {
@@ -411,45 +429,46 @@ impl JointDef {
         Self { kind, world_axes: None, ..self }
     }
 
-    /// Lets its two bodies collide with each other, or not.
+    /// Sets whether its two bodies collide with each other.
     #[must_use]
     pub fn with_collide_connected(self, collide_connected: bool) -> Self {
         Self { collide_connected, ..self }
     }
 
-    /// Idle until [`JointMut::set_enabled`](crate::JointMut::set_enabled) switches it on.
+    /// Idle until [`JointMut::set_enabled`](crate::JointMut::set_enabled) enables it.
     #[must_use]
     pub fn starts_disabled(self) -> Self {
         Self { enabled: false, ..self }
     }
 
-    /// With a number of the user's.
+    /// With a number for the user.
     #[must_use]
     pub fn with_user_data(self, user_data: u64) -> Self {
         Self { user_data, ..self }
     }
 
-    /// Solved at once with the tree of joints that it belongs to: see [`Self::articulated`].
+    /// Sets whether it is solved directly with the tree of joints that contains it: see
+    /// [`Self::articulated`].
     #[must_use]
     pub fn with_articulated(self, articulated: bool) -> Self {
         Self { articulated, ..self }
     }
 
-    /// Breaks where it would have to bear more than this force [N] or torque [N m], as the mean of a substep.
+    /// With a maximum force [N] and torque [N m], averaged over a substep, above which it breaks.
     #[must_use]
     pub fn with_strength(self, force: f32, torque: f32) -> Self {
         let strength = JointStrength { force, torque, ..self.strength.unwrap_or_default() };
         Self { strength: Some(strength), ..self }
     }
 
-    /// Breaks under more than this impulse in a step [N s].
+    /// With a maximum impulse in a step [N s], above which it breaks.
     #[must_use]
     pub fn with_impulse_limit(self, impulse: f32) -> Self {
         let strength = JointStrength { impulse, ..self.strength.unwrap_or_default() };
         Self { strength: Some(strength), ..self }
     }
 
-    /// Wears out under loads below its limits.
+    /// With wear by loads below its limits.
     #[must_use]
     pub fn with_fatigue(self, fatigue: Fatigue) -> Self {
         let fatigue = Some(fatigue);
@@ -457,7 +476,7 @@ impl JointDef {
         Self { strength: Some(strength), ..self }
     }
 
-    /// Checks every field; whether the bodies exist is checked by the world.
+    /// Checks every field. The world checks whether the bodies exist.
     ///
     /// # Errors
     /// The first field that is out of range.
@@ -468,10 +487,18 @@ impl JointDef {
             axes.rotation()?;
         }
         if self.body_a == self.body_b {
-            return Err(DefError::new("body_b", "the same as body_a", "another body"));
+            return Err(DefError::new(
+                "body_b",
+                "the same as body_a",
+                "a body other than `body_a`",
+            ));
         }
         if let JointKind::Coupling(_) = self.kind {
-            return Err(DefError::new("kind", "a coupling", "what World::add_coupling is given"));
+            return Err(DefError::new(
+                "kind",
+                "a coupling",
+                "a kind other than a coupling; use World::add_coupling",
+            ));
         }
         self.kind.validate()?;
         if let Some(strength) = self.strength {

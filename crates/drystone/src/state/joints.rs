@@ -14,7 +14,7 @@ use crate::base::id::JointId;
 use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::slot_map::SlotMap;
 
-/// What a joint does. The many numbers of a joint of six axes stand elsewhere.
+/// The kind of a joint with its runtime data. Joints of six axes store theirs in a box.
 #[derive(Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Link {
@@ -38,7 +38,7 @@ impl Clone for Link {
         }
     }
 
-    /// Into the box that is there, if it is of this kind.
+    /// Reuses the existing box, if it has this kind.
     fn clone_from(&mut self, from: &Self) {
         match (&mut *self, from) {
             (Self::Six(to), Self::Six(from)) => to.clone_from(from),
@@ -73,7 +73,7 @@ impl Link {
     }
 }
 
-/// Whether a joint is to act.
+/// Whether a joint is enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Switch {
@@ -94,18 +94,21 @@ pub(crate) struct Joint {
     pub(crate) collide_connected: bool,
     pub(crate) switch: Switch,
     pub(crate) user_data: u64,
-    /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
-    /// limit and spring; of a pulley, x along its length, below 0 where it pulls.
+    /// Accumulated impulse of a substep. For a ball joint: a vector [N s, world]. For a distance
+    /// joint: lower limit, upper limit and spring. For a pulley: x along its length, negative where
+    /// it pulls.
     pub(crate) impulse: Vec3,
-    /// It is solved with its whole tree: now; and if its definition asks for that.
+    /// Whether it is currently solved directly with its tree; and whether its definition requests
+    /// that.
     pub(crate) is_direct: bool,
     pub(crate) articulated: bool,
     pub(crate) strength: Option<JointStrength>,
-    /// What it gave in the last step, on B [N s, N m s, world]; known while something can break.
+    /// Impulses on B in the last step [N s, N m s, world]; known while something can break.
     pub(crate) given: [Vec3; 2],
-    /// The greatest of a substep of the last step, by their sizes [N s, N m s]; known while something can break.
+    /// Maximum impulse magnitudes of a substep in the last step [N s, N m s]; known while something
+    /// can break.
     pub(crate) peak: [f32; 2],
-    /// How far it is worn out: 1 breaks.
+    /// Fatigue damage; the joint breaks at 1.
     pub(crate) damage: f32,
     pub(crate) place: Place,
 }
@@ -123,18 +126,18 @@ impl Clone for Joint {
 }
 
 impl Joint {
-    /// False if it was switched off: it does nothing.
+    /// False if it is disabled.
     pub(crate) fn is_on(&self) -> bool {
         self.switch == Switch::On
     }
 
-    /// True if it acts on nothing: it is switched off, or none of its bodies can be moved by it.
+    /// True if it acts on nothing: it is disabled, or it can move neither of its bodies.
     pub(crate) fn is_idle(&self, bodies: &Bodies) -> bool {
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
         !self.is_on() || a.out || b.out || !(a.is_dynamic() || b.is_dynamic())
     }
 
-    /// False if something that it keeps from step to step is no number.
+    /// False if a number that it stores between steps is not finite.
     pub(crate) fn is_finite(&self) -> bool {
         let kept = [self.impulse, self.given[0], self.given[1]];
         let own = match &self.link {
@@ -146,7 +149,7 @@ impl Joint {
         own && kept.iter().all(|v| v.is_finite()) && numbers.iter().all(|x| x.is_finite())
     }
 
-    /// Forgets what it gave; how far it is worn out stays.
+    /// Clears its impulses. Its fatigue damage stays.
     pub(crate) fn forget(&mut self) {
         (self.impulse, self.given, self.peak) = (Vec3::ZERO, [Vec3::ZERO; 2], [0.0; 2]);
         match &mut self.link {
@@ -157,7 +160,7 @@ impl Joint {
         self.damage = bounded(self.damage);
     }
 
-    /// How far the joint is from what it asks [m].
+    /// Constraint error [m].
     pub(crate) fn error(&self, bodies: &Bodies) -> f32 {
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
         let p_a = a.center + a.rotation.rotate(self.anchor_a);
@@ -174,19 +177,19 @@ impl Joint {
                 let excess = pulley.excess([p_a, p_b]);
                 if pulley.is_rigid { excess.abs() } else { excess.max(0.0) }
             }
-            // What it asks is of other joints: see Coupling::error.
+            // The error depends on other joints: see Coupling::error.
             Link::Coupling(_) => 0.0,
         }
     }
 
-    /// How far its turns are from what they are allowed [rad].
+    /// Angular constraint error [rad].
     pub(crate) fn angular_error(&self, bodies: &Bodies) -> f32 {
         let Link::Six(six) = &self.link else { return 0.0 };
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
         let turns = six.turns(a.rotation, b.rotation);
         let [.., x, y, z] = six.def.acting(turns.swing);
         let [p, q, r] = turns.angles;
-        // Turns are counted, and limits may be far from them.
+        // Angles count full turns, and limits may be far from them.
         bounded(vec3(x.excess(p), y.excess(q), z.excess(r)).length())
     }
 }
@@ -196,7 +199,7 @@ impl Joint {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Joints {
     pub(crate) rows: SlotMap<JointId, Joint>,
-    /// How many can break.
+    /// Number of joints that can break.
     pub(crate) breakable: usize,
 }
 
@@ -207,7 +210,7 @@ impl Clone for Joints {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { rows, breakable } = from;
         self.rows.clone_from(rows);

@@ -1,4 +1,4 @@
-//! What a surface is made of, how two surfaces combine, and what may collide with what.
+//! Surface materials, the combination of two surfaces, and collision filters.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -7,26 +7,26 @@ use super::check::within;
 use super::def::DefError;
 use crate::base::limits;
 
-/// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
-/// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
+/// Rule that combines the coefficients of two surfaces. If the surfaces have different rules, the
+/// one listed later here is used. The order of the last four is that of `KHR_physics_rigid_bodies`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Combine {
-    /// √(a b): friction's default.
+    /// √(a b): the default for friction.
     #[default]
     GeometricMean,
     /// a b.
     Multiply,
-    /// The larger one: restitution's default.
+    /// The maximum: the default for restitution.
     Maximum,
-    /// The smaller one.
+    /// The minimum.
     Minimum,
     /// (a + b) / 2.
     Average,
 }
 
 impl Combine {
-    /// The coefficient of a pair whose sides ask for the rules `self` and `other`.
+    /// The coefficient of a pair whose surfaces have the rules `self` and `other`.
     #[must_use]
     pub fn apply(self, other: Self, a: f32, b: f32) -> f32 {
         match self.max(other) {
@@ -45,27 +45,28 @@ impl Combine {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Material {
-    /// Coulomb friction coefficient, at least 0; default 0.6. Of what sticks, and of what slides if
-    /// [`kinetic_friction`](Self::kinetic_friction) is not given.
+    /// Coulomb friction coefficient, at least 0; default 0.6. It is the static coefficient, and
+    /// also the kinetic one unless [`kinetic_friction`](Self::kinetic_friction) is given.
     pub friction: f32,
-    /// Friction coefficient of what slides, at least 0; default `None`: the same as
-    /// [`friction`](Self::friction). Combined by the same rule; a pair whose kinetic friction would be more
-    /// than its static friction has the static one.
+    /// Kinetic friction coefficient, at least 0; default `None`: the same as
+    /// [`friction`](Self::friction). It is combined by the same rule. If the kinetic friction of a
+    /// pair exceeds its static friction, the static one is used.
     pub kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; default 0.
     pub restitution: f32,
-    /// Rolling resistance: the torque against rolling, as a part of normal force times the shape's
-    /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius. It
-    /// acts against any turning of the two against each other, about the normal too.
+    /// Rolling resistance: the maximum torque against rolling, as a fraction of normal force times
+    /// the shape's radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have
+    /// a radius. It acts against any relative rotation, including rotation about the normal. The
+    /// larger torque of two surfaces is used.
     pub rolling_resistance: f32,
-    /// Spinning resistance: the torque about the contact's normal alone, as a part of normal force times
-    /// the shape's radius; at least 0; default 0. Of the shapes that have rolling resistance, on top
-    /// of that and of what friction over a flat contact gives; where there is no friction there is none
-    /// either. Of two surfaces the larger torque counts, as with rolling.
+    /// Spinning resistance: the maximum torque about the contact normal, as a fraction of normal
+    /// force times the shape's radius; at least 0; default 0. It applies to shapes that can have
+    /// rolling resistance, in addition to that and to the friction torque of a flat contact.
+    /// Without friction there is no spinning resistance. The larger torque of two surfaces is used.
     pub spinning_resistance: f32,
-    /// Rule for friction.
+    /// Combination rule for friction.
     pub friction_combine: Combine,
-    /// Rule for restitution.
+    /// Combination rule for restitution.
     pub restitution_combine: Combine,
 }
 
@@ -99,16 +100,16 @@ impl Default for Material {
     }
 }
 
-/// Who collides with whom: two shapes collide if each lets the other through its filter.
+/// Collision filter: two shapes collide if each passes the filter of the other.
 ///
 /// The manual: [shapes](crate::manual::shapes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Filter {
-    /// The layers this shape is in, one bit each; default layer 0.
+    /// The layers of this shape, one bit each; default layer 0.
     pub layers: u64,
-    /// It collides only with shapes in one of these layers; all ones (the default): with any shape,
-    /// also one in no layer.
+    /// It collides only with shapes in one of these layers; default all ones: any shape, including
+    /// one in no layer.
     pub mask: u64,
     /// It never collides with shapes in one of these layers; default none.
     pub exclude: u64,
@@ -121,7 +122,7 @@ impl Default for Filter {
 }
 
 impl Filter {
-    /// In these layers, colliding only with shapes in the layers of `mask`.
+    /// A filter for a shape in `layers` that collides only with shapes in the layers of `mask`.
     #[must_use]
     pub const fn layers(layers: u64, mask: u64) -> Self {
         Self { layers, mask, exclude: 0 }
@@ -138,12 +139,14 @@ impl Filter {
     }
 }
 
-/// How a contact gives under a load, as a damped spring at each of its points: rubber, foam, a mattress.
+/// Compliance of a contact, as a damped spring at each of its points: rubber, foam, a mattress.
 ///
-/// Its stiffness is that of the frequency, `k = m (2πf)²` with the effective mass m of the point. So a ball that lies on a soft
-/// surface sinks in by `g / (2πf)²`, whatever its mass: 62 mm at 2 Hz. What falls on it is thrown back, damped by the damping ratio
-/// and by what the method itself damps. So is what overlaps at the start: the push speed of the world's contacts is not asked. The
-/// methods `soft-step` and `soft-step-relax` know it; for the classic methods all contacts are rigid, as they are for particles.
+/// The stiffness follows from the frequency: `k = m (2πf)²` with the effective mass m of the point.
+/// A ball on a soft surface therefore sinks in by `g / (2πf)²`, whatever its mass: 62 mm at 2 Hz. A
+/// body that falls on it is thrown back, damped by the damping ratio and by the method. Bodies that
+/// overlap at the start are thrown back too: the push speed of the world's contacts does not limit
+/// them. The methods `soft-step` and `soft-step-relax` support it. With the classic methods, and
+/// for particles, all contacts are rigid.
 ///
 /// ```
 /// use drystone::contact::ContactSoftness;
@@ -154,10 +157,10 @@ impl Filter {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactSoftness {
-    /// Stiffness as a frequency [Hz], 1e-6 to 1e6; against static bodies the same. A quarter of the rate of substeps is the
-    /// most that counts: 120 Hz at 60 steps of 8 substeps a second.
+    /// Stiffness as a frequency [Hz], 1e-6 to 1e6; the same against static bodies. The maximum in
+    /// effect is a quarter of the substep rate: 120 Hz at 60 steps of 8 substeps per second.
     pub hertz: f32,
-    /// Damping ratio, 0 to 1e6; from 1 on nothing swings.
+    /// Damping ratio, 0 to 1e6; from 1 on nothing oscillates.
     pub damping_ratio: f32,
 }
 
@@ -170,31 +173,34 @@ impl ContactSoftness {
     }
 }
 
-/// What surfaces of shapes in some layers do to each other, in place of what their materials make together. Of several rules
-/// the first one counts that is of a pair's layers: see [`World::set_surface_rules`](crate::World::set_surface_rules). One of two
-/// bodies counts before those: see [`World::set_surface_between`](crate::World::set_surface_between).
+/// Surface properties between shapes in some layers, which override those from their materials. The
+/// first rule that matches the layers of a pair is used: see
+/// [`World::set_surface_rules`](crate::World::set_surface_rules). A rule for two bodies takes
+/// precedence: see [`World::set_surface_between`](crate::World::set_surface_between).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SurfaceRule {
-    /// Layers of one shape, a bit each: it is in one of them. All ones: any shape, also one in no layer.
+    /// Layers of one shape, one bit each; it must be in one of them. All ones: any shape, including
+    /// one in no layer.
     pub first: u64,
-    /// Layers of the other one; which of a pair is which does not matter.
+    /// Layers of the other shape. The order of the two shapes does not matter.
     pub second: u64,
-    /// Coulomb friction coefficient, at least 0; `None`: that of the materials.
+    /// Coulomb friction coefficient, at least 0; `None`: from the materials.
     pub friction: Option<f32>,
-    /// That of what slides; `None`: the same part of the friction as the materials say. At most the friction counts.
+    /// Kinetic friction coefficient; `None`: the same ratio to static friction as from the
+    /// materials. It is limited to the static friction.
     pub kinetic_friction: Option<f32>,
-    /// Coefficient of restitution, 0 to 1; `None`: that of the materials.
+    /// Coefficient of restitution, 0 to 1; `None`: from the materials.
     pub restitution: Option<f32>,
-    /// How their contacts give; `None`: as [`ContactConfig`](crate::config::ContactConfig) says.
+    /// Softness of their contacts; `None`: from [`ContactConfig`](crate::config::ContactConfig).
     pub softness: Option<ContactSoftness>,
 }
 
 impl SurfaceRule {
-    /// A rule that changes nothing yet, for shapes in any layers.
+    /// An empty rule for shapes in any layers.
     pub const ANY: Self = Self::between(u64::MAX, u64::MAX);
 
-    /// A rule that changes nothing yet, for shapes in these layers.
+    /// An empty rule for shapes in these layers.
     #[must_use]
     pub const fn between(first: u64, second: u64) -> Self {
         Self {

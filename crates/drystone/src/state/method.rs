@@ -1,4 +1,4 @@
-//! A stepping method as data: which passes run over the rows, in which order.
+//! Stepping methods as data: the passes over the rows, in order.
 
 use core::mem::take;
 
@@ -14,59 +14,63 @@ use super::options::{
 
 /// One pass of the solver over bodies, colors or levels.
 ///
-/// The first five run over blocks of eight rows; the others, of the classic methods, over rows one by one.
+/// The first five run over blocks of eight rows; the others, for the classic methods, over single
+/// rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Bodies: forces, free rotation, and the warm start carried by each body.
+    /// Bodies: forces, free rotation, and the warm start stored per body.
     Velocities,
-    /// Colors: joints, then contacts, with bias and softness; `inner` Gauss-Seidel rounds over the
+    /// Colors: joints, then contacts, with bias and softness; `inner` Gauss-Seidel sweeps over the
     /// points of a manifold.
     Solve {
-        /// Rounds, 1 to 8.
+        /// Sweeps over a manifold, 1 to 8.
         inner: u32,
     },
-    /// Bodies: positions follow velocities.
+    /// Bodies: integrates positions from velocities.
     Positions,
-    /// Colors: joints, then contacts, without bias: removes the velocity that the bias added.
+    /// Colors: joints, then contacts, without bias. It removes the velocity that the bias added.
     Relax,
-    /// Islands: what meets within the time of a substep bounces. Stands before every sweep that could
-    /// stop it: solve and relax.
+    /// Islands: reflects bodies that meet within the time of a substep. It comes before every sweep
+    /// that could stop them: solve and relax.
     Impacts,
 
     /// Bodies: forces, free rotation, damping.
     Forces,
-    /// Rows: the impulses of the last step.
+    /// Rows: applies the impulses of the last step.
     WarmStart,
-    /// Rows: what approaches and would overlap at the end of the substep bounces, one point after the other.
+    /// Rows: reflects approaching points that would overlap at the end of the substep, one after
+    /// the other.
     Bounce {
-        /// Most sweeps over all rows; 0: the method's sweeps.
+        /// Maximum number of sweeps over all rows; 0: the method's sweeps.
         sweeps: u32,
-        /// Forces are still to come in this substep: they are part of where bodies would be, not of the
-        /// velocity that bounces.
+        /// Whether forces are applied later in this substep. They then count for the predicted
+        /// positions, but not for the reflected velocity.
         before_forces: bool,
     },
-    /// Levels: what would overlap is stopped, by a restitution that rises from near -1 to 0 with the
-    /// sweeps, so that loads spread before all becomes rigid.
+    /// Levels: stops bodies that would overlap. The restitution rises from near -1 to 0 over the
+    /// sweeps, so that loads spread before contacts become rigid.
     Stop,
-    /// Levels: what would overlap is stopped once more, from the ground up, and nothing below can be pushed.
+    /// Levels: stops bodies that would overlap once more, from the ground up, with lower bodies
+    /// immovable.
     Shock,
-    /// Levels: what overlaps is moved apart.
+    /// Levels: moves overlapping bodies apart.
     PushOut,
-    /// Rows: accumulated impulses, clamped as sums, with the bias of the method.
+    /// Rows: solves for accumulated impulses, clamped as sums, with the bias of the method.
     Accumulate,
     /// Rows: the same without bias.
     AccumulateRelaxed,
-    /// Rows: every overlap pushes as a damped spring.
+    /// Rows: applies a damped spring force at every overlap.
     Springs,
-    /// Rows: the damped springs solved together with the velocities that they cause.
+    /// Rows: solves the damped springs together with the velocities that they cause.
     ImplicitSprings,
-    /// Rows: positions at the end of the substep are projected until nothing overlaps.
+    /// Rows: projects the positions at the end of the substep until nothing overlaps.
     Project,
-    /// Rows: accumulated impulses, in double precision, until the residual is below a millionth.
+    /// Rows: solves for accumulated impulses in double precision until the residual is below a
+    /// millionth.
     Converge,
 }
 
-/// Which rows a method runs on and what it can be asked.
+/// The rows on which a method runs, which determine its possible options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Family {
     /// Blocks of eight rows.
@@ -99,7 +103,7 @@ impl Clone for Method {
         Self { substep: self.substep.clone(), finish: self.finish.clone(), ..*self }
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let (mut substep, mut finish) = (take(&mut self.substep), take(&mut self.finish));
         substep.clone_from(&from.substep);
@@ -108,7 +112,7 @@ impl Clone for Method {
     }
 }
 
-/// The options of a method with nothing left open.
+/// The options of a method with every value resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
     pub(crate) order: Order,
@@ -121,7 +125,7 @@ pub(crate) struct Settings {
 }
 
 impl Method {
-    /// Names that [`Self::named`] knows.
+    /// The names of [`Self::named`].
     pub const NAMES: &'static [&'static str] = &[
         "soft-step",
         "soft-step-relax",
@@ -134,7 +138,7 @@ impl Method {
         "verlet",
     ];
 
-    /// The default: one fused sweep a substep, one relax sweep a step; 8 substeps.
+    /// The default: one fused sweep per substep, one relax sweep per step; 8 substeps.
     #[must_use]
     pub fn soft_step() -> Self {
         Self {
@@ -155,7 +159,7 @@ impl Method {
         }
     }
 
-    /// The common scheme of today's engines in our rows: 4 substeps, each with a soft and a relax
+    /// The common scheme of today's engines with our rows: 4 substeps, each with a soft and a relax
     /// sweep [Catto24].
     #[must_use]
     pub fn soft_step_relax() -> Self {
@@ -177,8 +181,8 @@ impl Method {
         }
     }
 
-    /// Collisions before forces, contacts after them, by levels from the ground up, shock propagation,
-    /// push-out [Guendelman03].
+    /// Collisions before forces, contacts after them, in order of levels from the ground up, with
+    /// shock propagation and push-out [Guendelman03].
     #[must_use]
     pub fn guendelman() -> Self {
         Self {
@@ -199,7 +203,7 @@ impl Method {
         }
     }
 
-    /// Accumulated impulses that persist from step to step, and a velocity bias [Catto05].
+    /// Accumulated impulses that persist between steps, and a velocity bias [Catto05].
     #[must_use]
     pub fn sequential_impulses() -> Self {
         Self {
@@ -221,7 +225,7 @@ impl Method {
         }
     }
 
-    /// Update, then collide: the baseline that fails.
+    /// Update, then collide: the failing baseline.
     #[must_use]
     pub fn naive() -> Self {
         Self {
@@ -241,7 +245,7 @@ impl Method {
         }
     }
 
-    /// Contacts as damped springs whose forces are those of the substep's start.
+    /// Contacts as damped springs with the forces of the substep's start.
     #[must_use]
     pub fn penalty() -> Self {
         Self {
@@ -269,7 +273,7 @@ impl Method {
         }
     }
 
-    /// The contact problem solved to a millionth: the reference that others are measured by. Slow.
+    /// The contact problem solved to a millionth: the slow reference for the other methods.
     #[must_use]
     pub fn analytic() -> Self {
         Self {
@@ -288,7 +292,7 @@ impl Method {
         }
     }
 
-    /// Positions are projected, and velocity is the way that was moved [Jakobsen01].
+    /// Positions are projected, and velocity follows from displacement [Jakobsen01].
     #[must_use]
     pub fn verlet() -> Self {
         Self {
@@ -339,19 +343,20 @@ impl Method {
         self.name
     }
 
-    /// What it does, in a line.
+    /// A one-line description.
     #[must_use]
     pub const fn summary(&self) -> &'static str {
         self.summary
     }
 
-    /// Substeps a step unless the world's configuration says otherwise.
+    /// Number of substeps per step, unless the world's configuration sets another.
     #[must_use]
     pub const fn substeps(&self) -> u32 {
         self.substeps
     }
 
-    /// Greatest factor of load-adaptive inertia unless the world's configuration says otherwise; 1: none.
+    /// Maximum factor of load-adaptive inertia, unless the world's configuration sets another; 1:
+    /// none.
     #[must_use]
     pub const fn inertia(&self) -> f32 {
         match self.options.shock {
@@ -361,7 +366,7 @@ impl Method {
         }
     }
 
-    /// The passes of a substep. Those of an option that is off do nothing.
+    /// The passes of a substep. Passes of a disabled option do nothing.
     #[must_use]
     pub fn substep(&self) -> &[Pass] {
         &self.substep
@@ -373,7 +378,7 @@ impl Method {
         &self.finish
     }
 
-    /// What is switched of it.
+    /// The options.
     #[must_use]
     pub const fn options(&self) -> &MethodOptions {
         &self.options
@@ -382,14 +387,14 @@ impl Method {
     /// The method with these options.
     ///
     /// # Errors
-    /// An option that makes no sense for this method, with the reason.
+    /// An option that does not suit this method, with the reason.
     pub fn with_options(mut self, options: MethodOptions) -> Result<Self, DefError> {
         self.options = options;
         self.settle()?;
         Ok(self)
     }
 
-    /// True if it runs over rows one by one, not over blocks of eight.
+    /// True if it runs over single rows rather than blocks of eight.
     pub(crate) fn is_classic(&self) -> bool {
         self.family != Family::Wide
     }
@@ -399,7 +404,7 @@ impl Method {
         self.family == Family::Verlet
     }
 
-    /// Whether impulses of the last step are where the next one starts.
+    /// Whether a step starts from the impulses of the last one.
     pub(crate) fn persists(&self) -> bool {
         match self.options.persistence {
             Persistence::On => true,
@@ -416,12 +421,13 @@ impl Method {
         self.options.rest != Rest::Nothing
     }
 
-    /// Whether bodies rest one by one.
+    /// Whether bodies freeze one by one.
     pub(crate) fn freezes(&self) -> bool {
         self.options.rest == Rest::Freeze
     }
 
-    /// Sweeps over the contacts in a step of as many substeps, of a method of blocks.
+    /// Number of sweeps over the contacts in a step with this many substeps, for a method of
+    /// blocks.
     pub(crate) fn wide_sweeps(&self, substeps: u32) -> u32 {
         let count = |passes: &[Pass]| {
             let sweeps = passes.iter().filter(|p| matches!(p, Pass::Solve { .. } | Pass::Relax));
@@ -430,10 +436,10 @@ impl Method {
         (count(&self.substep) * substeps).saturating_add(count(&self.finish))
     }
 
-    /// The options with nothing left open.
+    /// The options with every value resolved.
     ///
     /// # Errors
-    /// An option that makes no sense for this method, with the reason.
+    /// An option that does not suit this method, with the reason.
     pub(crate) fn settle(&self) -> Result<Settings, DefError> {
         use Family::{Analytic, Guendelman, Naive, PenaltyExplicit, Verlet, Wide};
         let (o, f) = (&self.options, self.family);
@@ -441,13 +447,21 @@ impl Method {
         if o.persistence == Persistence::On
             && matches!(f, Naive | Guendelman | Verlet | PenaltyExplicit)
         {
-            return self.no("method.persistence", "on", "off: its impulses are not accumulated");
+            return self.no(
+                "method.persistence",
+                "on",
+                "off, because its impulses are not accumulated",
+            );
         }
         if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
-            return self.no("method.damping", o.damping.word(), "pade: it is part of its kernel");
+            return self.no(
+                "method.damping",
+                o.damping.word(),
+                "pade, because it is part of the kernel",
+            );
         }
         if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit | Analytic) {
-            let reason = "0: it makes as many as it needs";
+            let reason = "0, because it makes as many sweeps as it needs";
             return self.no("method.sweeps", &o.sweeps.to_string(), reason);
         }
         Ok(Settings {
@@ -461,9 +475,9 @@ impl Method {
         })
     }
 
-    /// A value that the method cannot have.
-    fn no<T>(&self, path: &str, word: &str, reason: &str) -> Result<T, DefError> {
-        Err(DefError::unsuitable(path, word, &format!("with {}, {reason}", self.name)))
+    /// Refuses a value that does not suit the method.
+    fn no<T>(&self, path: &str, word: &str, allowed: &str) -> Result<T, DefError> {
+        Err(DefError::unsuitable(path, word, &format!("{allowed} (method {})", self.name)))
     }
 
     fn settle_order(&self) -> Result<Order, DefError> {
@@ -472,9 +486,9 @@ impl Method {
         match (o, self.family) {
             (Order::Own, Family::Guendelman) => Ok(Order::Levels),
             (Order::Own | Order::Colors, _) => Ok(Order::Colors),
-            (_, Family::Wide) => no("colors: rows are solved eight at a time"),
-            (_, Family::PenaltyExplicit) => no("own: forces have no order"),
-            (_, Family::Analytic) => no("own: it solves all rows at once"),
+            (_, Family::Wide) => no("colors, because rows are solved eight at a time"),
+            (_, Family::PenaltyExplicit) => no("own, because forces have no order"),
+            (_, Family::Analytic) => no("own, because all rows are solved at once"),
             (chosen, _) => Ok(chosen),
         }
     }
@@ -488,16 +502,16 @@ impl Method {
             (Shock::Own | Shock::Off, _) => Ok(Shock::Off),
             (Shock::Inertia, Wide) => Ok(Shock::Inertia),
             (Shock::Inertia, _) => {
-                let reason = "off: only soft-step and soft-step-relax weigh loads";
+                let reason = "off, because only soft-step and soft-step-relax weigh loads";
                 self.no("method.shock", "inertia", reason)
             }
             (Shock::Full, Wide) => {
-                let reason = "inertia or off: infinite masses between frozen rows would carry the \
-                              load themselves, and friction with it";
+                let reason = "inertia or off, because infinite masses between frozen rows would \
+                              carry the load themselves, and friction with it";
                 self.no("method.shock", "full", reason)
             }
             (Shock::Full, _) => {
-                let reason = "off: it has no sweep whose rest a shock could take";
+                let reason = "off, because it has no sweep whose remainder a shock could take";
                 self.no("method.shock", "full", reason)
             }
         }
@@ -511,19 +525,17 @@ impl Method {
         let no = |reason: &str| self.no("method.overlap", o.word(), reason);
         match (o, self.family) {
             (Overlap::Own | Overlap::Relax, Wide) => Ok(Overlap::Relax),
-            (_, Wide) => no("relax: it is what its list ends with"),
+            (_, Wide) => no("relax, because its passes end with it"),
             (Overlap::Own, Sequential | Analytic) => Ok(Overlap::VelocityBias),
             (Overlap::Own, Guendelman) => Ok(Overlap::PushOut),
             (Overlap::Own, _) => Ok(Overlap::Nothing),
-            (_, PenaltyExplicit | PenaltyImplicit) => {
-                no("own: its springs are what removes overlap")
-            }
-            (_, Verlet) => no("own: its projection is what removes overlap"),
+            (_, PenaltyExplicit | PenaltyImplicit) => no("own, because its springs remove overlap"),
+            (_, Verlet) => no("own, because its projection removes overlap"),
             (Overlap::Relax | Overlap::VelocityBias, Naive | Guendelman) => {
-                no("push-out or none: its impulses have no bias")
+                no("push-out or none, because its impulses have no bias")
             }
             (Overlap::Relax, Analytic) => {
-                no("velocity-bias, push-out or none: it has no sweep to relax with")
+                no("velocity-bias, push-out or none, because it has no sweep to relax with")
             }
             (chosen, _) => Ok(chosen),
         }
@@ -534,23 +546,25 @@ impl Method {
         let no = |reason: &str| self.no("method.integration", o.word(), reason);
         match (o, self.family) {
             (Integration::Own | Integration::Verlet, Family::Verlet) => Ok(Integration::Verlet),
-            (_, Family::Verlet) => no("verlet: it has no other velocity"),
+            (_, Family::Verlet) => no("verlet, because it has no other velocity"),
             (Integration::Verlet, _) => {
-                no("exact or euler: velocity by way moved is the method verlet")
+                no("exact or euler, because velocity from displacement is the method verlet")
             }
-            (Integration::Euler, Family::Wide) => no("exact: bodies in flight take no part in it"),
+            (Integration::Euler, Family::Wide) => {
+                no("exact, because bodies in flight are not part of the solve")
+            }
             (Integration::Own | Integration::Exact, _) => Ok(Integration::Exact),
             (Integration::Euler, _) => Ok(Integration::Euler),
         }
     }
 
-    /// Sets an option from text; `None` if there is none of this path.
+    /// Sets an option from text; `None` if no option has this path.
     pub(crate) fn set_option(&mut self, path: &str, text: &str) -> Option<Result<(), DefError>> {
         self.options.set(path, text)
     }
 }
 
-/// By its name, with its options.
+/// Serialized as its name and its options.
 #[cfg(feature = "serde")]
 impl Serialize for Method {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -1,4 +1,5 @@
-//! Layer 2: the tables, all that lives from step to step, and the definitions that rows are made of.
+//! Layer 2: the tables, which hold all state that lives between steps, and the definitions from
+//! which rows are made.
 
 pub(crate) mod config;
 pub(crate) mod options;

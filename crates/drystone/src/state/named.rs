@@ -1,4 +1,4 @@
-//! Joints by name: what each of them says of the six axes, or of a distance.
+//! Joints by name, defined by their six axes or by a distance.
 
 mod held;
 mod lengths;

@@ -1,29 +1,29 @@
-//! What can be switched of a stepping method, one technique at a time; each has a value that leaves it to
-//! the method.
+//! Options of a stepping method, one per technique. Each has a value that selects the method's own
+//! choice.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::def::DefError;
 
-/// Declares an option: its values with the words they are written as. The first is the method's own.
+/// Declares an option: its values and their names. The first value is the method's own choice.
 macro_rules! option {
     ($(#[$doc:meta])* $name:ident { $($(#[$of:meta])* $value:ident = $word:literal,)+ }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
         pub enum $name {
-            /// As the method has it.
+            /// The method's own choice.
             #[default]
             Own,
             $($(#[$of])* $value,)+
         }
 
         impl $name {
-            /// The words for its values.
+            /// The names of the values.
             pub const WORDS: &'static [&'static str] = &["own", $($word,)+];
 
-            /// The word for it.
+            /// The name of the value.
             #[must_use]
             pub const fn word(self) -> &'static str {
                 match self {
@@ -32,7 +32,7 @@ macro_rules! option {
                 }
             }
 
-            /// The value of this word.
+            /// The value of this name.
             #[must_use]
             pub fn named(word: &str) -> Option<Self> {
                 match word {
@@ -46,106 +46,107 @@ macro_rules! option {
 }
 
 option! {
-    /// In which order a sweep goes through the rows.
+    /// Order in which a sweep visits the rows.
     Order {
         /// Colors: rows of a color share no body.
         Colors = "colors",
-        /// From the ground up, by levels of the contact graph; bodies that support each other in a circle
-        /// share a level [Guendelman03].
+        /// From the ground up, by levels of the contact graph; bodies that support each other in a
+        /// cycle share a level [Guendelman03].
         Levels = "levels",
-        /// By the same levels from the top down: the wrong way round, to see what that costs.
+        /// By the same levels from the top down: the unfavorable order, for comparison.
         TopDown = "top-down",
-        /// Shuffled, by a fixed rule.
+        /// In a deterministic shuffled order.
         Random = "random",
     }
 }
 
 option! {
-    /// What keeps the weight of what lies above from pressing down what lies below.
+    /// Technique against the compression of stacks by their own weight.
     Shock {
-        /// Nothing.
+        /// No technique.
         Off = "off",
-        /// Load-adaptive inertia: what is squeezed hard answers slowly.
+        /// Load-adaptive inertia: heavily loaded bodies respond slowly.
         Inertia = "inertia",
-        /// Shock propagation: a last sweep from the ground up, in which what lies below cannot be pushed
+        /// Shock propagation: a last sweep from the ground up, in which lower bodies are immovable
         /// [Guendelman03].
         Full = "full",
     }
 }
 
 option! {
-    /// Whether impulses of the last step are where the next one starts [Catto05].
+    /// Whether a step starts from the impulses of the last one [Catto05].
     Persistence {
-        /// They are.
+        /// It does.
         On = "on",
-        /// Every step starts from nothing.
+        /// Every step starts from zero impulses.
         Off = "off",
     }
 }
 
 option! {
-    /// How overlaps are removed.
+    /// Removal of overlaps.
     Overlap {
-        /// By a bias in the velocity that a last sweep takes out again.
+        /// By a velocity bias that a last sweep removes again.
         Relax = "relax",
-        /// By a bias in the velocity, which stays.
+        /// By a velocity bias, which stays in the velocity.
         VelocityBias = "velocity-bias",
-        /// By moving bodies, level by level from the ground up, at no velocity.
+        /// By moving bodies, level by level from the ground up, without a change of velocity.
         PushOut = "push-out",
-        /// Not at all.
+        /// No removal.
         Nothing = "none",
     }
 }
 
 option! {
-    /// What becomes of bodies at rest.
+    /// Treatment of bodies at rest.
     Rest {
-        /// Islands sleep, as the configuration of sleep says.
+        /// Islands sleep, under the conditions of the sleep configuration.
         Sleep = "sleep",
-        /// Bodies freeze one by one, as soon as they and all that carries them have come to rest
-        /// [Schmidl04]; the configuration of sleep says after what time. Islands sleep too.
+        /// Bodies freeze one by one, as soon as they and all their supports are at rest
+        /// [Schmidl04]. The sleep configuration sets the time. Islands sleep too.
         Freeze = "freeze",
-        /// They are simulated for ever.
+        /// Bodies at rest are simulated forever.
         Nothing = "none",
     }
 }
 
 option! {
-    /// How bodies move that nothing touches.
+    /// Integration of bodies without contacts.
     Integration {
-        /// Along their parabola.
+        /// Exactly along their parabola.
         Exact = "exact",
         /// Symplectic Euler: velocity first, then position with the new velocity.
         Euler = "euler",
-        /// Verlet: the velocity is the way of the last substep. (The same path as Euler's, until something
-        /// moves a body: then that is velocity too.)
+        /// Verlet: the velocity is the displacement of the last substep over time. The path equals
+        /// Euler's until something moves a body, because that displacement then counts as velocity
+        /// too.
         Verlet = "verlet",
     }
 }
 
 option! {
-    /// How a body's damping takes its velocity.
+    /// Integration of a body's damping.
     Damping {
         /// `exp(-c h)`.
         Exponential = "exponential",
-        /// `1 / (1 + c h)`: Padé's approximation, which never turns a velocity round.
+        /// `1 / (1 + c h)`: Padé's approximation, which never reverses a velocity.
         Pade = "pade",
-        /// Not at all.
+        /// No damping.
         Nothing = "none",
     }
 }
 
-/// What is switched of a method.
+/// The options of a method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct MethodOptions {
-    /// Order of rows.
+    /// Order of the rows.
     pub order: Order,
     /// Shock propagation.
     pub shock: Shock,
     /// Contact persistence.
     pub persistence: Persistence,
-    /// Interpenetration.
+    /// Removal of overlaps.
     pub overlap: Overlap,
     /// Bodies at rest.
     pub rest: Rest,
@@ -153,15 +154,15 @@ pub struct MethodOptions {
     pub integration: Integration,
     /// Damping.
     pub damping: Damping,
-    /// Sweeps over the rows in a substep, 1 to 100,000; 0 (the default) takes the method's own number.
+    /// Sweeps over the rows per substep, 0 to 100,000; 0 (the default): the method's own number.
     pub sweeps: u32,
 }
 
-/// Most sweeps.
+/// Maximum number of sweeps.
 const MOST_SWEEPS: u32 = 100_000;
 
 impl MethodOptions {
-    /// Sets an option from text; `None` if there is none of this path.
+    /// Sets an option from text; `None` if no option has this path.
     pub(crate) fn set(&mut self, path: &str, text: &str) -> Option<Result<(), DefError>> {
         fn put<T>(
             field: &mut T,
@@ -170,7 +171,9 @@ impl MethodOptions {
             value: Option<T>,
             words: &[&str],
         ) -> Result<(), DefError> {
-            *field = value.ok_or_else(|| DefError::new(path, text, &words.join(", ")))?;
+            *field = value.ok_or_else(|| {
+                DefError::new(path, text, &format!("one of {}", words.join(", ")))
+            })?;
             Ok(())
         }
         let t = text;
@@ -188,7 +191,7 @@ impl MethodOptions {
             "method.damping" => put(&mut self.damping, path, t, Damping::named(t), Damping::WORDS),
             "method.sweeps" => {
                 let value = t.parse().ok().filter(|n| *n <= MOST_SWEEPS);
-                put(&mut self.sweeps, path, t, value, &["0 (the method's own) to 100000"])
+                put(&mut self.sweeps, path, t, value, &["from 0 (the method's own) to 100000"])
             }
             _ => return None,
         })
@@ -196,7 +199,7 @@ impl MethodOptions {
 
     pub(crate) fn check_numbers(&self) -> Result<(), DefError> {
         if self.sweeps > MOST_SWEEPS {
-            let allowed = "0 (the method's own) to 100000";
+            let allowed = "from 0 (the method's own) to 100000";
             return Err(DefError::new("method.sweeps", self.sweeps, allowed));
         }
         Ok(())

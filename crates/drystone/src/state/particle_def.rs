@@ -1,4 +1,4 @@
-//! Definitions of particles and their links, and how they are checked.
+//! Definitions of particles and their links, and their validation.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -12,29 +12,30 @@ use crate::base::math::Vec3;
 
 /// A point mass.
 ///
-/// It has no shape and does not turn. Its radius is how far its center keeps from the shapes of bodies;
-/// particles do not collide with each other. The manual: [particles](crate::manual::particles).
+/// It has no shape and does not rotate. Its radius is the distance that its center keeps from the
+/// shapes of bodies. Particles do not collide with each other. The manual:
+/// [particles](crate::manual::particles).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ParticleDef {
-    /// Where it is [m, world]; default the origin.
+    /// Position [m, world]; default the origin.
     pub position: Vec3,
-    /// Its velocity [m/s, world]; default 0.
+    /// Velocity [m/s, world]; default 0.
     pub velocity: Vec3,
-    /// Mass [kg]; above 0; default 0.01. One that is pinned counts as infinitely heavy while it is.
+    /// Mass [kg], 1e-9 to 1e9; default 0.01. A pinned particle counts as infinitely heavy.
     pub mass: f32,
-    /// How far its center keeps from shapes [m]; 1e-4 to 1e3; default 0.01.
+    /// Distance that its center keeps from shapes [m], 1e-4 to 1e3; default 0.01.
     pub radius: f32,
-    /// Nothing moves it but its own velocity, which only the user changes; default false.
+    /// Whether it moves only at its own velocity, which only the user changes; default false.
     pub pinned: bool,
-    /// Factor to the world's gravity; finite; default 1.
+    /// Factor by which gravity acts on it; finite; default 1.
     pub gravity_scale: f32,
-    /// Rate at which its velocity decays [1/s]; at least 0; default 0. A substep takes the part
-    /// `1 / (1 + c h)` of it.
+    /// Rate c at which its velocity decays [1/s]; at least 0; default 0. A substep multiplies the
+    /// velocity by `1 / (1 + c h)`.
     pub damping: f32,
-    /// Its surface. Friction and restitution are read.
+    /// Its surface. Only friction and restitution are used.
     pub material: Material,
-    /// Which shapes it collides with.
+    /// Its collision filter.
     pub filter: Filter,
 }
 
@@ -61,25 +62,25 @@ impl ParticleDef {
         Self { position: position.into(), ..Self::default() }
     }
 
-    /// The same with this mass [kg].
+    /// With this mass [kg].
     #[must_use]
     pub fn with_mass(self, mass: f32) -> Self {
         Self { mass, ..self }
     }
 
-    /// The same with this velocity [m/s, world].
+    /// With this velocity [m/s, world].
     #[must_use]
     pub fn with_velocity(self, velocity: impl Into<Vec3>) -> Self {
         Self { velocity: velocity.into(), ..self }
     }
 
-    /// The same with this radius [m].
+    /// With this radius [m].
     #[must_use]
     pub fn with_radius(self, radius: f32) -> Self {
         Self { radius, ..self }
     }
 
-    /// The same, pinned where it is.
+    /// Pinned at its position.
     #[must_use]
     pub fn pinned(self) -> Self {
         Self { pinned: true, ..self }
@@ -102,23 +103,25 @@ impl ParticleDef {
     }
 }
 
-/// Masses whose inverse, and products of four of which, are normal numbers.
+/// Checks a mass. The inverse of an allowed mass, and the product of four of these, are normal
+/// numbers.
 pub(crate) fn check_mass(mass: f32) -> Result<(), DefError> {
     within("mass", mass, &limits::PARTICLE_MASS)
 }
 
-/// How stiff a spring between two particles is.
+/// The law of a spring between two particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum LinkSpring {
-    /// Force by length and by speed.
+    /// Stiffness and damping as rates.
     Rate {
-        /// Force for each meter of stretch [N/m]; at least 0.
+        /// Force per stretch [N/m]; at least 0.
         stiffness: f32,
-        /// Force for each m/s of lengthening [N s/m]; at least 0.
+        /// Force per speed of lengthening [N s/m]; at least 0.
         damping: f32,
     },
-    /// What two such masses swing with: k = (2πf)² μ, c = 2ζ · 2πf μ, where 1/μ = 1/m_a + 1/m_b.
+    /// Frequency and damping ratio of the two masses on it: k = (2πf)² μ, c = 2ζ · 2πf μ, where 1/μ
+    /// = 1/m_a + 1/m_b.
     Frequency {
         /// Undamped frequency [Hz]; at least 0.
         hertz: f32,
@@ -127,16 +130,16 @@ pub enum LinkSpring {
     },
 }
 
-/// What a link does.
+/// The kind of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum LinkKind {
-    /// The distance is this length: a rod.
+    /// A rod: the distance equals the length.
     Equal,
-    /// The distance is at most this length: a thread, which can go slack.
+    /// A thread, which can go slack: the distance is at most the length.
     AtMost,
-    /// The distance is drawn to this length by a damped spring, integrated implicitly.
+    /// A damped spring with this rest length, integrated implicitly.
     Spring(LinkSpring),
 }
 
@@ -146,26 +149,26 @@ pub enum LinkKind {
 pub struct LinkDef {
     /// First particle.
     pub a: ParticleId,
-    /// Second particle, another one.
+    /// Second particle; different from the first.
     pub b: ParticleId,
-    /// What it does.
+    /// Its kind.
     pub kind: LinkKind,
-    /// Its length [m]; 1e-5 to 1e7; `None` (the default): the distance when it is added.
+    /// Its length [m], 1e-5 to 1e7; `None` (the default): the distance when it is added.
     pub length: Option<f32>,
-    /// Tears when it is stretched by more than this part of its length; above 0; default `None`: never.
+    /// Stretch, as a fraction of its length, above which it tears; above 0; default `None`: never.
     pub tear_strain: Option<f32>,
-    /// Tears when it pulls harder than this [N]; above 0; default `None`: never.
+    /// Tension above which it tears [N]; above 0; default `None`: never.
     pub tear_force: Option<f32>,
 }
 
 impl LinkDef {
-    /// A link of this kind, as long as its particles are apart when it is added.
+    /// A link of this kind, with the distance of its particles when it is added as its length.
     #[must_use]
     pub const fn new(a: ParticleId, b: ParticleId, kind: LinkKind) -> Self {
         Self { a, b, kind, length: None, tear_strain: None, tear_force: None }
     }
 
-    /// The same with this length [m].
+    /// With this length [m].
     #[must_use]
     pub const fn with_length(self, length: f32) -> Self {
         Self { length: Some(length), ..self }
@@ -191,8 +194,8 @@ pub(crate) fn check_length(length: f32) -> Result<(), DefError> {
     within("length", length, &limits::LENGTH)
 }
 
-/// The greatest stiffness [N/m] and damping [N s/m] of a link: beyond it their products with masses and times are no
-/// normal numbers.
+/// Maximum stiffness [N/m] and damping [N s/m] of a link. Products of larger values with masses and
+/// times would not be normal numbers.
 pub(crate) const MOST_RATE: f32 = 1.0e9;
 
 pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {
@@ -201,7 +204,7 @@ pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {
         if value <= most {
             return Ok(());
         }
-        Err(DefError::new(field, value, "a smaller number: at most 1e9, of a frequency 1e5"))
+        Err(DefError::new(field, value, "at most 1e9, or 1e5 for a frequency"))
     };
     match *spring {
         LinkSpring::Rate { stiffness, damping } => {

@@ -1,6 +1,6 @@
-//! Particles: one row each, in a table of their own, beside the bodies; links between them in blocks of
-//! eight, and attachments to bodies. Velocity and position are written by the particle passes of the solver
-//! and by the world only.
+//! Particles: one row each, in a table separate from the bodies. Links between particles are stored
+//! in blocks of eight, and attachments connect particles to bodies. Only the particle passes of the
+//! solver and the world write velocities and positions.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -14,49 +14,50 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;
 use crate::base::wide::{LANES, Lanes};
 
-/// What is read of a particle once a step at most.
+/// Data of a particle that are read at most once per step.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Particle {
     pub(crate) mass: f32,
     pub(crate) gravity_scale: f32,
     pub(crate) damping: f32,
-    /// Where it can be without a look at shapes that stay where they are: this far from `x` [m]; 0:
-    /// unknown.
+    /// Distance from `x` within which fixed shapes need no test [m]; 0: unknown.
     pub(crate) room: f32,
-    /// How long it has been still [s].
+    /// Time for which it has been still [s].
     pub(crate) still_time: f32,
     pub(crate) pinned: bool,
-    /// Rests and is left out of steps until something wakes it.
+    /// It is at rest and left out of steps until something wakes it.
     pub(crate) frozen: bool,
-    /// Its state became non-finite: it takes no part in steps.
+    /// Its state became non-finite; it is left out of steps.
     pub(crate) faulted: bool,
-    /// Links that end at it.
+    /// Number of links that end at it.
     pub(crate) links: u32,
-    /// Least line of its strand, which is what links hold together; true unless
+    /// Minimum line of its strand, the set of particles that are connected by links. Valid unless
     /// [`Particles::strands_changed`].
     pub(crate) strand: u32,
-    /// Number of its attachment + 1, or 0.
+    /// Index of its attachment + 1, or 0.
     pub(crate) attachment: u32,
     pub(crate) material: Material,
     pub(crate) filter: Filter,
-    /// Colors of its links, a bit each.
+    /// Colors of its links, one bit each.
     pub(crate) colors: u64,
 }
 
-/// What passes over substeps read and write of a particle. Line 0 is nobody's: idle lanes are bound to it.
+/// Data of a particle that the passes of substeps read and write. Line 0 belongs to no particle;
+/// idle lanes refer to it.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(32))]
 pub(crate) struct ParticleLine {
     /// Velocity [m/s, world], and 1/mass [1/kg], 0 if it is pinned.
     pub(crate) v: [f32; 4],
-    /// Way since the step's start [m], and 1 if it moves in this step; -1 if it was put aside: no link of it acts.
+    /// Displacement since the step's start [m], and 1 if it moves in this step; -1 if it was put
+    /// aside: its links do not act.
     pub(crate) x: [f32; 4],
 }
 
 impl ParticleLine {
-    /// The way of a particle that was put aside.
+    /// Displacement of a particle that was put aside.
     pub(crate) const OUT: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
 
     pub(crate) const fn velocity(&self) -> Vec3 {
@@ -76,7 +77,8 @@ impl ParticleLine {
     }
 }
 
-/// Eight links. Lengths, limits and impulses live from step to step; the rest is made when a step begins.
+/// Eight links. Lengths, limits and impulses live between steps; the rest is set when a step
+/// begins.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
@@ -85,31 +87,31 @@ pub(crate) struct LinkBlock {
     pub(crate) row_a: [u32; LANES],
     pub(crate) row_b: [u32; LANES],
     pub(crate) length: Lanes,
-    /// Spring: stiffness [N/m] and damping [N s/m], or the frequency [Hz] and damping ratio.
+    /// For springs: stiffness [N/m] and damping [N s/m], or frequency [Hz] and damping ratio.
     pub(crate) stiffness: Lanes,
     pub(crate) damping: Lanes,
-    /// Impulse of a substep along `n` on B [N s]; below 0: it pulls.
+    /// Impulse of a substep along `n` on B [N s]; negative: it pulls.
     pub(crate) impulse: Lanes,
-    /// B less A at the step's start [m].
+    /// Position of B minus position of A at the step's start [m].
     pub(crate) gap: [Lanes; 3],
-    /// Unit, from A to B, along which `impulse` was applied.
+    /// Unit vector from A to B, along which `impulse` was applied.
     pub(crate) n: [Lanes; 3],
-    /// Effective mass [kg]; 0 where nothing moves.
+    /// Effective mass [kg]; 0 if neither particle moves.
     pub(crate) mass: Lanes,
-    /// Impulse for each m/s, for each m, and part of the impulse given back.
+    /// Impulse per m/s, impulse per m, and fraction of the impulse that is released.
     pub(crate) gain: Lanes,
     pub(crate) rate: Lanes,
     pub(crate) leak: Lanes,
     /// Effective mass in sweeps without bias: 0 for springs.
     pub(crate) rigid: Lanes,
-    /// 1 where it can go slack.
+    /// 1 if it can go slack.
     pub(crate) slack: Lanes,
     pub(crate) kinds: [LaneKind; LANES],
-    /// Solved with the chain that the link is of.
+    /// True if the link is solved with its chain.
     pub(crate) chained: [bool; LANES],
 }
 
-/// What a lane of links is.
+/// The kind of link in a lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum LaneKind {
@@ -145,17 +147,17 @@ impl Default for LinkBlock {
     }
 }
 
-/// A link: where it stands among the blocks, and when it tears.
+/// A link: its place in the blocks, and its tear limits.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Link {
     pub(crate) color: u32,
     pub(crate) block: u32,
     pub(crate) lane: u8,
-    /// Infinite: never.
+    /// Tear limits; infinite: never.
     pub(crate) tear_strain: f32,
     pub(crate) tear_force: f32,
-    /// Number of the line of a cloth that it is of; 0: of none.
+    /// Number of the cloth line to which it belongs; 0: none.
     pub(crate) thread: u32,
 }
 
@@ -165,14 +167,14 @@ impl Link {
     }
 }
 
-/// Links that share no particle, but for the last color, [`CROWD`].
+/// Links that share no particle, except in the last color, [`CROWD`].
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct LinkColor {
     pub(crate) blocks: Vec<LinkBlock>,
-    /// Lanes that links left, last first.
+    /// Lanes of removed links, the last removed first.
     free: Vec<(u32, u8)>,
-    /// Lanes in use of the last block.
+    /// Number of used lanes in the last block.
     filled: usize,
 }
 
@@ -183,7 +185,7 @@ impl Clone for LinkColor {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { blocks, free, filled } = from;
         self.blocks.clone_from(blocks);
@@ -192,31 +194,31 @@ impl Clone for LinkColor {
     }
 }
 
-/// Colors; what finds none (a particle with more than 63 links) is in the last one, whose links are solved
-/// one after the other.
+/// Number of colors. Links without a free color (at a particle with more than 63 links) are in the
+/// last one, whose links are solved one after the other.
 pub(crate) const COLORS: usize = 64;
 pub(crate) const CROWD: usize = COLORS - 1;
 
-/// A particle held at a point of a body.
+/// An attachment of a particle to a point of a body.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Attachment {
     /// Line of the particle.
     pub(crate) line: u32,
     pub(crate) body: u32,
-    /// Where [m, frame of the body's center of mass].
+    /// Anchor [m, frame of the body's center of mass].
     pub(crate) anchor: Vec3,
-    /// On the particle in a substep [N s, world].
+    /// Impulse on the particle in a substep [N s, world].
     pub(crate) impulse: Vec3,
 }
 
-/// What a particle that is solved with substeps touched in the last step.
+/// A contact in the last step of a particle that is solved with substeps.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Touch {
     pub(crate) line: u32,
     pub(crate) shape: u32,
-    /// Impulse along the normal on the particle in a substep, and along the surface [N s].
+    /// Impulse of a substep on the particle, along the normal and along the surface [N s].
     pub(crate) press: f32,
     pub(crate) rub: Vec3,
 }
@@ -226,27 +228,27 @@ pub(crate) struct Touch {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Particles {
     pub(crate) rows: SlotMap<ParticleId, Particle>,
-    /// Empty, or one more than there are slots.
+    /// Empty, or one more line than there are slots.
     pub(crate) lines: Vec<ParticleLine>,
     /// Position [m, world] and radius [m], by line.
     pub(crate) x: Vec<[f32; 4]>,
     pub(crate) links: SlotMap<LinkId, Link>,
     pub(crate) colors: Vec<LinkColor>,
     pub(crate) chains: Chains,
-    /// Links or attachments came or went since chains were found.
+    /// True if links or attachments changed since the last search for chains.
     pub(crate) chains_changed: bool,
-    /// Lines of cloths so far.
+    /// Number of cloth lines created so far.
     pub(crate) threads: u32,
     pub(crate) attachments: Vec<Attachment>,
-    /// In the order of lines, then of shapes.
+    /// Contacts in the order of lines, then of shapes.
     pub(crate) touches: Vec<Touch>,
-    /// Some link can tear.
+    /// True if some link can tear.
     pub(crate) can_tear: bool,
-    /// Length of the substeps of their last step [s]; 0 before the first.
+    /// Length of the substeps of the particles' last step [s]; 0 before the first.
     pub(crate) last_h: f32,
-    /// Links came or went since strands were found.
+    /// True if links changed since the last search for strands.
     pub(crate) strands_changed: bool,
-    /// Changes of the tree of fixed shapes when `room` was last known.
+    /// Change count of the tree of fixed shapes at which `room` was valid.
     pub(crate) fixed_seen: u64,
 }
 
@@ -257,7 +259,7 @@ impl Clone for Particles {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self {
             rows,
@@ -335,16 +337,16 @@ impl Particles {
         id
     }
 
-    /// Takes out a particle that has neither links nor an attachment.
+    /// Removes a particle that has neither links nor an attachment.
     pub(crate) fn remove(&mut self, id: ParticleId) {
         let line = id.index() + 1;
-        // Its links are gone: it is a strand of its own, or strands are to be found anew.
+        // Its links are gone, so it is a strand by itself, or strands will be searched again.
         self.rows.remove(id);
         self.lines[line as usize] = ParticleLine::default();
         self.touches.retain(|t| t.line != line);
     }
 
-    /// Finds anew which particles are held together by links, if that has changed.
+    /// Searches again for particles connected by links, if links changed.
     pub(crate) fn find_strands(&mut self) {
         if !core::mem::take(&mut self.strands_changed) {
             return;
@@ -369,20 +371,20 @@ impl Particles {
         for slot in 0..self.rows.slot_count() {
             let line = number(slot) + 1;
             if self.rows.at(line - 1).is_some() {
-                // What comes before it has its strand already, so this is a step or two.
+                // Earlier particles already have their strand, so this takes one or two iterations.
                 self.at_mut(line).strand = self.first_of(line);
             }
         }
     }
 
-    /// Finds anew which links are of one chain, if that has changed.
+    /// Searches again for chains of links, if links or attachments changed.
     pub(crate) fn find_chains(&mut self) {
         if core::mem::take(&mut self.chains_changed) {
             chains::find(self);
         }
     }
 
-    /// The end of the chain of `strand`s while strands are found.
+    /// The end of the chain of `strand` values during the search for strands.
     fn first_of(&mut self, mut line: u32) -> u32 {
         loop {
             let up = self.at(line).strand;
@@ -395,8 +397,8 @@ impl Particles {
         }
     }
 
-    /// Takes a particle that was put aside out of what its links, chains and attachment do, without what they had of
-    /// impulses.
+    /// Takes a particle that was put aside out of its links, chains and attachment, and clears
+    /// their impulses.
     pub(crate) fn take_out(&mut self, line: u32) {
         for block in self.colors.iter_mut().flat_map(|color| &mut color.blocks) {
             for lane in 0..LANES {
@@ -414,7 +416,7 @@ impl Particles {
         self.chains_changed = true;
     }
 
-    /// Adds a link between two lines.
+    /// Adds a link between the particles of two lines.
     pub(crate) fn insert_link(
         &mut self,
         [a, b]: [u32; 2],
@@ -456,7 +458,7 @@ impl Particles {
         self.links.insert(Link { color, block, lane, tear_strain, tear_force, thread })
     }
 
-    /// Takes a link out.
+    /// Removes a link.
     pub(crate) fn remove_link(&mut self, id: LinkId) -> bool {
         let Some(link) = self.links.remove(id) else { return false };
         let lane = usize::from(link.lane);
@@ -482,7 +484,7 @@ impl Particles {
         (block, usize::from(link.lane))
     }
 
-    /// Holds a particle at a point of a body.
+    /// Attaches a particle to a point of a body.
     pub(crate) fn attach(&mut self, attachment: Attachment) {
         self.chains_changed = true;
         let at = match self.at(attachment.line).attachment {
@@ -498,7 +500,8 @@ impl Particles {
         self.at_mut(attachment.line).attachment = at;
     }
 
-    /// Lets a particle go; false if it was not held. Later ones move up: their order stays.
+    /// Detaches a particle; false if it was not attached. Later attachments move up and keep their
+    /// order.
     pub(crate) fn detach(&mut self, line: u32) -> bool {
         let at = core::mem::take(&mut self.at_mut(line).attachment);
         if at == 0 {
@@ -513,7 +516,7 @@ impl Particles {
         true
     }
 
-    /// Wakes the strand of a particle; of one that is awake, the particle alone.
+    /// Wakes the strand of a frozen particle, or only the particle if it is awake.
     pub(crate) fn wake(&mut self, line: u32) {
         if self.at(line).frozen {
             self.wake_strand(line);
@@ -522,7 +525,8 @@ impl Particles {
         }
     }
 
-    /// Wakes the strand of a particle whether or not it is frozen: a body that it holds may sleep all the same.
+    /// Wakes the strand of a particle even if the particle is not frozen, because an attached body
+    /// may be asleep.
     pub(crate) fn wake_strand(&mut self, line: u32) {
         self.find_strands();
         let strand = self.at(line).strand;
@@ -538,7 +542,7 @@ impl Particles {
         (particle.frozen, particle.still_time) = (false, 0.0);
     }
 
-    /// Wakes all, and forgets what they know of what is around them.
+    /// Wakes all particles, and invalidates their knowledge of nearby shapes.
     pub(crate) fn wake_all(&mut self) {
         for particle in self.rows.values_mut().iter_mut().flatten() {
             (particle.frozen, particle.still_time, particle.room) = (false, 0.0, 0.0);
@@ -551,7 +555,7 @@ fn number(n: usize) -> u32 {
 }
 
 impl LinkColor {
-    /// True if every lane is either in use, free or not yet used.
+    /// True if every lane is in use, free or not yet used.
     pub(in crate::state) fn is_sound(&self) -> bool {
         let lanes = self.blocks.iter().flat_map(|block| block.kinds);
         let idle = lanes.filter(|kind| *kind == LaneKind::Idle).count();
@@ -568,7 +572,7 @@ impl LinkColor {
             && free.iter().all(is_idle)
     }
 
-    /// A lane for one more link. Of the crowd each has a block of its own.
+    /// Takes a lane for one more link. Each link of the crowd gets its own block.
     fn take_lane(&mut self, alone: bool) -> (u32, u8) {
         if let Some(lane) = self.free.pop() {
             return lane;

@@ -1,4 +1,4 @@
-//! What a shape reports of its contacts.
+//! Event reports of a shape's contacts.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::check::within;
 use super::def::DefError;
 use crate::base::limits;
 
-/// Which events the contacts of a shape give. Both shapes of a pair are asked.
+/// The events that the contacts of a shape report. Both shapes of a pair count.
 ///
 /// ```
 /// use drystone::ShapeDef;
@@ -21,16 +21,18 @@ use crate::base::limits;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactReports {
-    /// Contacts that begin and end: [`Events::contact_begin`](crate::events::Events::contact_begin) and
-    /// [`Events::contact_end`](crate::events::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
+    /// Begin and end of contacts: [`Events::contact_begin`](crate::events::Events::contact_begin)
+    /// and [`Events::contact_end`](crate::events::Events::contact_end). A pair reports them only if
+    /// both shapes say true. Default true.
     pub touches: bool,
-    /// Landings: [`Events::hits`](crate::events::Events::hits). A pair gives none if one of its shapes says false. Default true.
+    /// Landings: [`Events::hits`](crate::events::Events::hits). A pair reports them only if both
+    /// shapes say true. Default true.
     pub hits: bool,
-    /// Least approach speed of a hit [m/s]; default `None`: `contact.hit_speed` of the world. If both shapes of a pair give
-    /// one, the lower counts.
+    /// Minimum approach speed of a hit [m/s]; default `None`: `contact.hit_speed` of the world. If
+    /// both shapes of a pair set one, the lower is used.
     pub hit_speed: Option<f32>,
-    /// Forces: [`Events::contact_forces`](crate::events::Events::contact_forces), for every step in which the pair touches. A pair
-    /// gives them if one of its shapes says true. Default false.
+    /// Forces: [`Events::contact_forces`](crate::events::Events::contact_forces), for every step in
+    /// which the pair touches. A pair reports them if one of its shapes says true. Default false.
     pub forces: bool,
 }
 
@@ -42,7 +44,7 @@ impl Default for ContactReports {
 }
 
 impl ContactReports {
-    /// Nothing is reported.
+    /// No reports.
     pub const NONE: Self = Self { touches: false, hits: false, hit_speed: None, forces: false };
 
     /// Touches, hits and forces.
@@ -59,7 +61,8 @@ impl ContactReports {
     }
 }
 
-/// What a sensor sees besides the shapes of bodies that can move: see [`ShapeDef::sensor`](crate::ShapeDef::sensor).
+/// Additional objects that a sensor detects, besides the shapes of bodies that can move: see
+/// [`ShapeDef::sensor`](crate::ShapeDef::sensor).
 ///
 /// ```
 /// use drystone::ShapeDef;
@@ -72,9 +75,10 @@ impl ContactReports {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Senses {
-    /// On a static body it sees the shapes of static bodies. Sensors of other bodies always do. Default false.
+    /// Whether a sensor on a static body detects the shapes of static bodies. Sensors of other
+    /// bodies always do. Default false.
     pub statics: bool,
-    /// It sees sensors. Default false.
+    /// Whether it detects sensors. Default false.
     pub sensors: bool,
 }
 
@@ -83,15 +87,16 @@ impl Senses {
     const SENSORS: u8 = 2;
 }
 
-/// Bits beside those of [`Senses`]: of a surface that holds from one side only, and of one whose contacts hooks are asked for.
+/// Bits in addition to those of [`Senses`]: a one-way surface, and a shape whose contacts call
+/// hooks.
 const ONE_WAY: u8 = 4;
 const HOOKS: u8 = 8;
 
-/// Both in the eight bytes that a row of shapes has for them.
+/// Reports and senses, packed into the eight bytes reserved in a shape row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct PackedReports {
-    /// Below 0: that of the world.
+    /// Below 0: the world's hit speed.
     hit_speed: f32,
     pub(crate) touches: bool,
     hits: bool,
@@ -112,7 +117,7 @@ impl PackedReports {
         Senses { statics: self.sees_statics(), sensors: self.sees_sensors() }
     }
 
-    /// Whether contacts may be let through in a step.
+    /// Whether a step may drop its contacts.
     pub(crate) const fn is_asked(self) -> bool {
         self.is_one_way() || self.has_hooks()
     }
@@ -156,12 +161,13 @@ impl PackedReports {
         self.has_hit_speed().then_some(self.hit_speed)
     }
 
-    /// Whether a pair of shapes reports that it begins and ceases to touch.
+    /// Whether a pair of shapes reports its begin and end of contact.
     pub(crate) const fn touch(self, other: Self) -> bool {
         self.touches && other.touches
     }
 
-    /// Above which approach speed a pair of shapes reports a hit [m/s], in a world with this one; `None`: never.
+    /// Approach speed above which a pair of shapes reports a hit [m/s], given the world's; `None`:
+    /// never.
     pub(crate) fn hit_speed_with(self, other: Self, world: f32) -> Option<f32> {
         let given = [self, other].into_iter().filter_map(Self::given_hit_speed).reduce(f32::min);
         (self.hits && other.hits).then(|| given.unwrap_or(world))

@@ -24,39 +24,43 @@ use crate::geometry::shape::Shape;
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ShapeDef {
-    /// The shape.
+    /// The geometry.
     pub shape: Shape,
-    /// Where it sits [body].
+    /// Its pose [body].
     pub pose: Pose,
     /// Density [kg/m³]; at least 0 (0: no mass); default 1000.
     pub density: f32,
     /// Its surface.
     pub material: Material,
-    /// What it collides with.
+    /// Its collision filter.
     pub filter: Filter,
-    /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false. It sees the shapes of all
-    /// bodies but its own, whether they move, rest or sleep, however it or they came there. It sees sensors, and on a static
-    /// body static shapes, only if [`Self::senses`] says so.
+    /// Whether it is a sensor, which reports overlaps, touches nothing and has no mass. Default
+    /// false. A sensor detects the shapes of all other bodies, moving, at rest or asleep. It
+    /// detects other sensors, and from a static body static shapes, only if [`Self::senses`] says
+    /// so.
     pub sensor: bool,
-    /// What it sees besides, as a sensor.
+    /// Additional objects that it detects as a sensor.
     pub senses: Senses,
-    /// How its surface moves over it, as a conveyor belt does: what lies on it is dragged along by
-    /// friction, up to this velocity relative to the body [m/s, frame of the shape]. Only the part along
-    /// the surface acts. Default 0.
+    /// Velocity of the surface along the shape, as of a conveyor belt [m/s, frame of the shape];
+    /// default 0. Friction drags bodies on it along, up to this velocity relative to the body. Only
+    /// the component along the surface acts.
     pub surface_velocity: Vec3,
-    /// Angular velocity of the surface about the shape's origin, for belts that turn
-    /// [rad/s, frame of the shape]; adds to `surface_velocity`; default 0.
+    /// Angular velocity of the surface about the shape's origin, for rotating belts [rad/s, frame
+    /// of the shape]. It adds to `surface_velocity`; default 0.
     pub surface_spin: Vec3,
-    /// It holds only what comes from the front, which is in this direction [frame of the shape, any length]: others pass until
-    /// they are out of it. `None`, the default: it holds from all sides.
+    /// Direction of the front of a one-way surface [frame of the shape, any length]. The surface
+    /// blocks only shapes that come from the front. Other shapes pass until they no longer overlap
+    /// it. Default `None`: it blocks from all sides.
     pub one_way: Option<Vec3>,
-    /// [`ContactHooks`](crate::contact::ContactHooks) are asked for its contacts; default false.
+    /// Whether [`ContactHooks`](crate::contact::ContactHooks) are called for its contacts; default
+    /// false.
     pub hooks: bool,
-    /// Which events its contacts give.
+    /// The events that its contacts report.
     pub reports: ContactReports,
-    /// Whether it is in the world from the start; default true. See [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled).
+    /// Whether it is in the world from the start; default true. See
+    /// [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled).
     pub enabled: bool,
-    /// Any number of the user's.
+    /// A number for the user.
     pub user_data: u64,
 }
 
@@ -136,34 +140,34 @@ impl ShapeDef {
         Self::new(Shape::half_space(normal, offset))
     }
 
-    /// At this pose in the body's frame.
+    /// With this pose in the body's frame.
     #[must_use]
     pub fn with_pose(self, pose: Pose) -> Self {
         Self { pose, ..self }
     }
 
-    /// At this position in the body's frame [m].
+    /// With this position in the body's frame [m].
     #[must_use]
     pub fn with_position(mut self, position: impl Into<Vec3>) -> Self {
         self.pose.position = position.into();
         self
     }
 
-    /// Turned so in the body's frame; normalized if it is close to unit length.
+    /// With this rotation in the body's frame; normalized if it is close to unit length.
     #[must_use]
     pub fn with_rotation(mut self, rotation: impl Into<Quat>) -> Self {
         self.pose.rotation = rotation.into();
         self
     }
 
-    /// Out of the world until [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled) puts it in. It counts for the mass all
-    /// the same.
+    /// Out of the world until [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled) enables it.
+    /// It counts for the mass meanwhile.
     #[must_use]
     pub fn starts_disabled(self) -> Self {
         Self { enabled: false, ..self }
     }
 
-    /// With this number of the user's.
+    /// With this number for the user.
     #[must_use]
     pub fn with_user_data(self, user_data: u64) -> Self {
         Self { user_data, ..self }
@@ -195,13 +199,14 @@ impl ShapeDef {
         self
     }
 
-    /// With a surface that moves at this velocity over the shape [m/s, frame of the shape].
+    /// With this velocity of the surface along the shape [m/s, frame of the shape].
     #[must_use]
     pub fn with_surface_velocity(self, velocity: impl Into<Vec3>) -> Self {
         Self { surface_velocity: velocity.into(), ..self }
     }
 
-    /// With a surface that turns over the shape, about its origin [rad/s, frame of the shape].
+    /// With this angular velocity of the surface about the shape's origin [rad/s, frame of the
+    /// shape].
     #[must_use]
     pub fn with_surface_spin(self, spin: impl Into<Vec3>) -> Self {
         Self { surface_spin: spin.into(), ..self }
@@ -213,8 +218,8 @@ impl ShapeDef {
         Self { filter, ..self }
     }
 
-    /// Holding only what comes from the front, which is in this direction [frame of the shape, any length]. A platform that can
-    /// be jumped on from below has its front above:
+    /// Makes it a one-way surface with its front in this direction [frame of the shape, any
+    /// length]. A platform that can be entered by a jump from below has its front above:
     ///
     /// ```
     /// use drystone::{ShapeDef, Vec3};
@@ -227,13 +232,13 @@ impl ShapeDef {
         Self { one_way: Some(front.into()), ..self }
     }
 
-    /// With contacts that [`ContactHooks`](crate::contact::ContactHooks) are asked for.
+    /// With calls of [`ContactHooks`](crate::contact::ContactHooks) for its contacts.
     #[must_use]
     pub fn with_hooks(self) -> Self {
         Self { hooks: true, ..self }
     }
 
-    /// With these senses, as a sensor.
+    /// With these additional objects that it detects as a sensor.
     #[must_use]
     pub fn with_senses(self, senses: Senses) -> Self {
         Self { senses, ..self }
@@ -270,25 +275,25 @@ impl ShapeDef {
     }
 }
 
-/// A direction of a front, of any length but none.
+/// Checks and normalizes the direction of a one-way front.
 pub(crate) fn check_front(front: Vec3) -> Result<Vec3, DefError> {
     finite_vec("one_way", front)?;
     let unit = front.try_normalize();
-    unit.ok_or_else(|| DefError::of_vec("one_way", front, "a direction of some length"))
+    unit.ok_or_else(|| DefError::of_vec("one_way", front, "a direction of nonzero length"))
 }
 
-/// Checks a shape that a body is to have.
+/// Checks the geometry of a shape.
 pub(crate) fn check_shape(shape: &Shape) -> Result<(), DefError> {
     shape.validate()?;
     match shape {
         Shape::HalfSpace { normal, .. } if *normal == Vec3::ZERO => {
-            Err(DefError::new("normal", "zero", "a direction"))
+            Err(DefError::new("normal", "zero", "a direction of nonzero length"))
         }
         _ => Ok(()),
     }
 }
 
-/// Refuses shapes that cannot be carried by a body of this kind.
+/// Refuses geometry that a body of this kind cannot have.
 pub(crate) fn shape_suits(kind: BodyKind, shape: &Shape) -> Result<(), DefError> {
     match (kind, shape) {
         (BodyKind::Static, _) | (BodyKind::Kinematic, Shape::Mesh(_)) => Ok(()),

@@ -1,4 +1,4 @@
-//! Shapes: one row each, owned by a body. Written by the world; bounds by finalize.
+//! Shapes: one row each, owned by a body. The world writes the rows; finalize writes the boxes.
 
 use core::mem::replace;
 use std::collections::{BTreeMap, VecDeque};
@@ -21,8 +21,9 @@ use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 
-/// Tells a row that is there from an empty slot. Of all fields it leaves most values unused, so the compiler takes
-/// those for the slot, and not some of a field in a cache line that is not read otherwise.
+/// Niche for `Option<ShapeRow>`. It has the most invalid bit patterns of all fields, so the
+/// compiler uses it to mark an empty slot. Otherwise that could be a field in a cache line that is
+/// not read.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(u32)]
 pub(crate) enum Here {
@@ -30,40 +31,40 @@ pub(crate) enum Here {
     Yes = 1,
 }
 
-/// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
+/// A shape of a body. The data that narrowphase reads are in the first two cache lines.
 #[derive(Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct ShapeRow {
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) here: Here,
-    /// It holds from one side only or has hooks, as its reports say: here where narrowphase reads it.
+    /// True if it is one-way or has hooks, according to its reports. A copy for narrowphase.
     pub(crate) is_asked: bool,
     #[cfg_attr(feature = "serde", serde(skip, default = "no_solid"))]
     pub(crate) solid: Solid,
-    /// Box in the tree: the shape's, grown [m, world].
+    /// Box in the tree: the shape's box, enlarged [m, world].
     pub(crate) fat: Aabb,
-    /// Where it sits [frame of the body's center of mass].
+    /// Local pose [frame of the body's center of mass].
     pub(crate) centered: Pose,
     pub(crate) body: u32,
     pub(crate) sensor: bool,
-    /// In the tree of what does not move by itself.
+    /// True if it is in the tree of fixed shapes.
     pub(crate) fixed: bool,
-    /// It is a hull, a half-space or a mesh: its manifolds may be recycled.
+    /// True for a hull, a half-space or a mesh, whose manifolds may be recycled.
     pub(crate) flat: bool,
-    /// It takes part; if not, it is in no tree, and only weighs.
+    /// False if it is disabled: it is then in no tree, and only contributes mass.
     pub(crate) enabled: bool,
 
     #[cfg_attr(feature = "serde", serde(skip, default = "no_shape"))]
     pub(crate) shape: Shape,
-    /// Where it sits [frame of the body's origin].
+    /// Local pose [frame of the body's origin].
     pub(crate) local: Pose,
     pub(crate) density: f32,
     pub(crate) material: Material,
     /// Radius for rolling and spinning resistance [m]; 0: does not roll.
     pub(crate) rolling_radius: f32,
     pub(crate) filter: Filter,
-    /// How its surface moves over it [m/s and rad/s about its origin, frame of the shape].
+    /// Motion of its surface along the shape [m/s and rad/s about its origin, frame of the shape].
     pub(crate) surface_velocity: Vec3,
     pub(crate) surface_spin: Vec3,
     pub(crate) reports: PackedReports,
@@ -76,7 +77,8 @@ impl Clone for ShapeRow {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        // Who shares a hull is counted, by all threads: to see that it is the same one costs less.
+        // All threads count references to a shared hull. Checking that it is the same hull costs
+        // less.
         let solid = match (&self.solid.core, &from.solid.core) {
             (Core::Hull(to), Core::Hull(from)) if Arc::ptr_eq(to, from) => {
                 replace(&mut self.solid, Solid::POINT)
@@ -96,7 +98,7 @@ impl Clone for ShapeRow {
 const _: () = assert!(size_of::<Option<ShapeRow>>() == 256);
 
 impl ShapeRow {
-    /// Where it is, as a shape of `body` [world].
+    /// Its pose, as a shape of `body` [world].
     #[inline]
     pub(crate) fn placed(&self, body: &Body) -> Pose {
         Pose { position: body.center, rotation: body.rotation }.compose(&self.centered)
@@ -107,33 +109,33 @@ impl ShapeRow {
         self.enabled && !body.out
     }
 
-    /// Whether contacts of two shapes may be let through in a step: one holds from one side only, or has hooks.
+    /// Whether a step may drop contacts of two shapes: one of them is one-way or has hooks.
     #[inline]
     pub(crate) const fn are_asked(a: &Self, b: &Self) -> bool {
         a.is_asked || b.is_asked
     }
 
-    /// Whether the manifolds of two shapes may be recycled. What holds from one side only, or has hooks, is asked anew in each
-    /// step.
+    /// Whether the manifolds of two shapes may be recycled. Contacts of one-way shapes and of
+    /// shapes with hooks are decided again in each step.
     pub(crate) const fn are_recyclable(a: &Self, b: &Self) -> bool {
         a.flat && b.flat && !(a.sensor || b.sensor || Self::are_asked(a, b))
     }
 
-    /// Whether it is a sensor that sees another shape. `fixed`: both are of static bodies.
+    /// Whether it is a sensor that detects another shape. `fixed`: both belong to static bodies.
     pub(crate) const fn sees(&self, other: &Self, fixed: bool) -> bool {
         self.sensor
             && (!other.sensor || self.reports.sees_sensors())
             && (!fixed || self.reports.sees_statics())
     }
 
-    /// Whether it stops what comes to it.
+    /// Whether it blocks other shapes.
     #[inline]
     pub(crate) const fn is_solid(&self) -> bool {
         self.enabled && !self.sensor
     }
 
-    /// Tells the body of which it is how far it reaches from the center of mass, how thin it is, and whether it reaches
-    /// around the center.
+    /// Updates the extent of its body from the center of mass, its thickness, and whether the shape
+    /// surrounds the center.
     pub(crate) fn widen(&self, body: &mut Body) {
         let center = Aabb::new(Vec3::ZERO, Vec3::ZERO);
         let thickness = self.solid.aabb(&Pose::IDENTITY).half_extents().min_element();
@@ -143,12 +145,12 @@ impl ShapeRow {
         body.hollow &= !self.solid.aabb(&self.centered).contains(&center);
     }
 
-    /// Whether its surface moves over it.
+    /// Whether its surface moves.
     pub(crate) fn is_belt(&self) -> bool {
         self.surface_velocity != Vec3::ZERO || self.surface_spin != Vec3::ZERO
     }
 
-    /// Whether what it stands on flat is a disc.
+    /// Whether its flat base is a disc.
     fn has_round_base(&self) -> bool {
         matches!(self.shape, Shape::Cylinder { .. } | Shape::Cone { .. })
     }
@@ -158,7 +160,8 @@ impl ShapeRow {
     }
 }
 
-/// Shapes are saved beside their rows, for they share hulls and meshes: see `world::snapshot`.
+/// Shapes are saved separately from their rows, because they share hulls and meshes: see
+/// `world::snapshot`.
 const fn no_shape() -> Shape {
     Shape::sphere(1.0)
 }
@@ -167,26 +170,26 @@ fn no_solid() -> Solid {
     Solid::of(&no_shape())
 }
 
-/// What the surfaces of two shapes do together.
+/// The combined surface properties of two shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PairSurface {
     /// Static friction coefficient.
     pub(crate) friction: f32,
-    /// Kinetic friction as a part of it, at most 1.
+    /// Ratio of kinetic to static friction, at most 1.
     pub(crate) kinetic: f32,
     pub(crate) restitution: f32,
     /// Coefficients of resistance times radius [m].
     pub(crate) rolling: f32,
     pub(crate) spinning: f32,
-    /// As the world's contacts give, if there is none.
+    /// Softness; `None`: that of the world's contacts.
     pub(crate) softness: Option<ContactSoftness>,
     pub(crate) traits: Traits,
-    /// A flat contact is a disc.
+    /// True if a flat contact is a disc.
     pub(crate) round_patch: bool,
 }
 
 impl PairSurface {
-    /// With what a rule says.
+    /// Applies a surface rule.
     fn ruled(self, rule: &SurfaceRule) -> Self {
         let friction = rule.friction.unwrap_or(self.friction);
         let kinetic = match rule.kinetic_friction {
@@ -229,18 +232,18 @@ impl PairSurface {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
-    /// The hulls of the boxes that were added last, [`Self::BOXES`] at most: boxes of one size share theirs.
-    /// Shapes that report forces, and those that give a hit speed of their own.
+    /// Number of shapes that report forces, and number of shapes with their own hit speed.
     pub(crate) report_forces: u32,
     pub(crate) give_hit_speed: u32,
-    /// And those that see static shapes as sensors of static bodies.
+    /// Number of sensors of static bodies that detect static shapes.
     pub(crate) see_statics: u32,
-    /// By rows: directions of the fronts of those that hold from one side only [frame of the shape; unit].
+    /// Front directions of one-way shapes, by rows [frame of the shape; unit].
     pub(crate) one_way: BTreeMap<u32, Vec3>,
-    /// What surfaces of some layers do to each other.
+    /// Surface rules of layers.
     pub(crate) rules: Vec<SurfaceRule>,
-    /// And those of two bodies: by their rows, the lower first.
+    /// Surface rules of two bodies, by their rows, the lower first.
     pub(crate) between: BTreeMap<(u32, u32), SurfaceRule>,
+    /// Hulls of the boxes added last, at most [`Self::BOXES`]. Boxes of one size share a hull.
     #[cfg_attr(feature = "serde", serde(skip))]
     boxes: VecDeque<Arc<Hull>>,
 }
@@ -252,7 +255,7 @@ impl Clone for Shapes {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { rows, report_forces, give_hit_speed, see_statics, .. } = from;
         let Self { one_way, rules, between, boxes, .. } = from;
@@ -294,8 +297,8 @@ impl Shapes {
         }
     }
 
-    /// What the surfaces of two shapes do together. The first of the rules of layers counts that is of theirs, and before it that
-    /// of their bodies.
+    /// The surface properties of two shapes. A rule for their bodies takes precedence, then the
+    /// first rule that matches their layers.
     pub(crate) fn surface_of(&self, a: u32, b: u32) -> PairSurface {
         let (a, b) = (self.at(a), self.at(b));
         let mut surface = PairSurface::of_materials(a, b);
@@ -312,7 +315,7 @@ impl Shapes {
         surface
     }
 
-    /// Lets a shape report other events.
+    /// Sets the event reports of a shape.
     pub(crate) fn set_reports(&mut self, row: u32, reports: PackedReports) {
         let shape = self.at_mut(row);
         shape.is_asked = reports.is_asked();
@@ -321,7 +324,7 @@ impl Shapes {
         self.count(reports, true);
     }
 
-    /// Lets a shape hold from one side only, or from all.
+    /// Sets the front of a one-way shape; `None`: it blocks from all sides.
     pub(crate) fn set_one_way(&mut self, row: u32, front: Option<Vec3>) {
         let shape = self.at_mut(row);
         shape.reports = shape.reports.with_one_way(front.is_some());
@@ -332,14 +335,14 @@ impl Shapes {
         };
     }
 
-    /// Whether the fronts are those of the rows.
+    /// Whether the fronts match the rows.
     pub(crate) fn fronts_hold(&self) -> bool {
         let rows = self.rows.iter().filter(|(_, shape)| shape.reports.is_one_way()).count();
         let is_of = |row: &u32| self.rows.at(*row).is_some_and(|shape| shape.reports.is_one_way());
         rows == self.one_way.len() && self.one_way.keys().all(is_of)
     }
 
-    /// Whether the counts are those of the rows.
+    /// Whether the counts match the rows.
     pub(crate) fn counts_hold(&self) -> bool {
         let count = |asks: fn(PackedReports) -> bool| {
             self.rows.iter().filter(|(_, shape)| asks(shape.reports)).count()
@@ -358,7 +361,8 @@ impl Shapes {
         }
     }
 
-    /// So many sizes of boxes are known again: a body has boxes of a few, and many bodies are alike.
+    /// Number of recent box sizes whose hulls are shared. A body has boxes of a few sizes, and many
+    /// bodies are alike.
     const BOXES: usize = 32;
 
     /// The solid of a validated shape that is about to be added.

@@ -1,4 +1,4 @@
-//! Joints of six axes in the tables.
+//! Runtime data of joints of six axes.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -8,17 +8,17 @@ use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::trig::atan2;
 
-/// Farther than anything is: a limit that is none.
+/// Stands for no limit.
 pub(crate) const FAR: f32 = 1.0e30;
 
-/// Stiffer than a substep can tell from rigid.
+/// Stiffness that is rigid for any substep.
 pub(crate) const STIFF: f32 = 1.0e20;
 
-/// Below this sine the direction of a swing is rounding.
+/// Below this sine the direction of a swing is noise.
 pub(crate) const NO_SWING: f32 = 0.5e-6;
 
-/// Least square of half of what two x axes are together: opposite ones have no twist, and near that it goes round
-/// with no turn to speak of.
+/// Minimum squared half-length of the sum of the two x axes. Opposite axes have no twist, and near
+/// that it changes arbitrarily fast.
 pub(crate) const LEAST_TWIST: f32 = 0.2;
 
 /// A joint of six axes.
@@ -31,26 +31,27 @@ pub(crate) struct Six {
     pub(crate) state: SixState,
 }
 
-/// What a joint of six axes keeps from step to step, written by the solver; packed as rows of four numbers.
+/// State of a joint of six axes between steps, written by the solver; packed into rows of four
+/// numbers.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub(crate) struct SixState {
-    /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].
+    /// Impulses of a substep for each axis: lock or drive, friction, limit [N s; N m s].
     pub(crate) held: [f32; 6],
     pub(crate) friction: [f32; 6],
     pub(crate) limit: [f32; 6],
-    /// Coordinates of the angles when last solved [rad].
+    /// Angles in the last solve [rad].
     pub(crate) angles: [f32; 3],
     /// Impulses of a substep on body B at its anchor [N s; N m s, world].
     pub(crate) force: Vec3,
     pub(crate) torque: Vec3,
-    /// Makes the last row whole.
+    /// Padding of the last row.
     rest: f32,
 }
 
 impl SixState {
-    /// Of no joint.
+    /// The state before the first solve.
     pub(crate) const IDLE: Self = Self {
         held: [0.0; 6],
         friction: [0.0; 6],
@@ -77,14 +78,14 @@ impl SixState {
     }
 }
 
-/// Which turns a joint allows, and by that how they are told.
+/// The rotations that a joint allows, which determine the definition of its angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Turning {
-    /// None.
+    /// No rotation.
     Still,
-    /// About this axis.
+    /// Rotation about this axis.
     Hinge(usize),
-    /// About all but this axis.
+    /// Rotation about all axes except this one.
     Universal(usize),
     /// A twist about x and a swing.
     Swing,
@@ -109,27 +110,27 @@ impl SixDof {
     }
 }
 
-/// What the solver asks of a joint's definition, as rows of four numbers.
+/// The solver's view of a joint's definition, as rows of four numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SixLaws {
     pub(crate) axes: [AxisLaw; 6],
-    /// Greatest swings about y and z, 1 where they are limited together, 0.
+    /// Maximum swings about y and z, 1 if they are limited together, 0.
     pub(crate) cone: [f32; 4],
-    /// 1 at the axis of a hinge, or at that which a universal joint does not turn about; and what of those it is:
-    /// see [`SixLaws::HINGE`].
+    /// 1 at the axis of a hinge, or at the locked axis of a universal joint; and the type: see
+    /// [`SixLaws::HINGE`].
     pub(crate) turning: [f32; 4],
     pub(crate) flags: Flags,
 }
 
-/// What is true of some axis of one or several joints: a bit for each axis.
+/// Properties of the axes of one or several joints: one bit per axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Flags {
-    /// Something acts on it; a drive does; a limit; one that is a spring.
+    /// The axis is active; it has a drive; a limit; a limit with a spring.
     pub(crate) acts: u8,
     pub(crate) drives: u8,
     pub(crate) limits: u8,
     pub(crate) yields: u8,
-    /// Bits of [`SixLaws::turning`]'s last numbers, and whether there are cones.
+    /// Bits of the last numbers of [`SixLaws::turning`], and whether there are cones.
     pub(crate) turnings: u8,
     pub(crate) cones: bool,
 }
@@ -145,12 +146,14 @@ impl core::ops::BitOrAssign for Flags {
     }
 }
 
-/// What acts on an axis.
+/// The laws of an axis.
 ///
-/// 0. 1 where it is held, the place where it is, 1 where its impulses carry on, its friction [N; N m];
-/// 1. least and greatest coordinate, 1 where these are as hard as the joint, greatest force of its drive [N; N m];
-/// 2. of the drive stiffness and damping, 1 where these count per mass, and the place that it pulls to;
-/// 3. the same three of the limit, and the drive's speed.
+/// 0. 1 if it is locked, the locked coordinate, 1 if its impulses are warm-started, its friction
+///    [N; N m];
+/// 1. minimum and maximum coordinate, 1 if these are as stiff as the joint, maximum force of its
+///    drive [N; N m];
+/// 2. for the drive: stiffness and damping, 1 if these are per mass, and the target coordinate;
+/// 3. for the limit: the same three; and the drive's target speed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct AxisLaw(pub(crate) [[f32; 4]; 4]);
 
@@ -166,7 +169,7 @@ impl AxisLaw {
         };
         let numbers = |spring: Option<JointSpring>, last: f32| {
             let spring = spring.unwrap_or(JointSpring::new(0.0, 0.0));
-            // An infinite damping is a motor.
+            // Infinite damping stands for a motor.
             let (stiffness, damping) = (spring.stiffness.min(STIFF), spring.damping.min(STIFF));
             [stiffness, damping, one(spring.per_mass), last]
         };
@@ -181,7 +184,7 @@ impl AxisLaw {
 }
 
 impl SixLaws {
-    /// Of no joint.
+    /// The laws of an idle lane.
     pub(crate) const IDLE: Self = Self {
         axes: [AxisLaw([[0.0; 4]; 4]); 6],
         cone: [1.0, 1.0, 0.0, 0.0],
@@ -195,7 +198,7 @@ impl SixLaws {
     pub(crate) const SWING: u8 = 4;
 
     pub(crate) fn new(def: &SixDof) -> Self {
-        // The swing goes along y for now: places and the cone's width follow it.
+        // The swing is along y at first; the solver updates targets and the cone's width.
         let acting = def.acting([1.0, 0.0]);
         let mut laws = Self { axes: acting.each_ref().map(AxisLaw::new), ..Self::IDLE };
         for (i, axis) in acting.iter().enumerate().filter(|(_, axis)| axis.held().is_none()) {
@@ -236,13 +239,13 @@ impl Six {
         *self = Self { state: self.state, ..Self::new(def) };
     }
 
-    /// The turns between bodies with these rotations.
+    /// The rotations between bodies with these rotations.
     pub(crate) fn turns(&self, a: Quat, b: Quat) -> Turns {
         self.def.turns(a * self.def.frame_a, b * self.def.frame_b, self.state.angles)
     }
 }
 
-/// As it is saved: what the solver asks follows from the definition, whose frames are of unit length.
+/// The saved form. The laws follow from the definition, whose frames have unit length.
 impl From<(SixDof, SixState)> for Six {
     fn from((def, state): (SixDof, SixState)) -> Self {
         Self { def, laws: SixLaws::new(&def), state }
@@ -255,19 +258,20 @@ impl From<Six> for (SixDof, SixState) {
     }
 }
 
-/// Axes about which the bodies turn, and how far they are from no turn.
+/// Axes of relative rotation, and the angles about them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turns {
-    /// World; what the angles' rates are of the relative angular velocity.
+    /// Rows [world]: their products with the relative angular velocity are the rates of the angles.
     pub(crate) rows: [Vec3; 3],
     pub(crate) angles: [f32; 3],
-    /// With a cone, y and z of the swing's direction; its rows are along that and across.
+    /// With a cone, the y and z components of the swing's direction; the rows are along it and
+    /// across it.
     pub(crate) swing: [f32; 2],
 }
 
 impl SixDof {
-    /// The angles of a joint with three free turns, with the second frame turned so in the first one: the twist about x, y
-    /// and z of the swing [rad]. `None` for other joints.
+    /// The angles of a joint with three free rotations, for this rotation of the second frame in
+    /// the first: the twist about x, y and z of the swing [rad]. `None` for other joints.
     pub(crate) fn swing_twist(&self, rotation: Quat) -> Option<[f32; 3]> {
         if self.turning() != Turning::Swing {
             return None;
@@ -276,8 +280,8 @@ impl SixDof {
         Some(free.turns(Quat::IDENTITY, rotation, [0.0; 3]).angles)
     }
 
-    /// What the angles are, and their rows, with the joint's frames turned so. Angles of a single free axis
-    /// count on from `last`. (Of eight joints at a time: step/solver/turns.rs.)
+    /// The angles and their rows, for these rotations of the joint's frames. The angle of a single
+    /// free axis continues from `last`. (For eight joints at a time: step/solver/turns.rs.)
     pub(crate) fn turns(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> Turns {
         let (a, b) = (frame_a.to_mat3(), frame_b.to_mat3());
         let (a, b) = ([a.x, a.y, a.z], [b.x, b.y, b.z]);
@@ -296,7 +300,7 @@ impl SixDof {
             }
             Turning::Universal(k) => {
                 let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
-                // i × j is k or its opposite.
+                // i × j is k or -k.
                 let sign = if k == 1 { -1.0 } else { 1.0 };
                 let (mut rows, mut angles) = (a, [0.0; 3]);
                 rows[j] = b[j];
@@ -307,7 +311,8 @@ impl SixDof {
                 Turns { rows, angles, swing }
             }
             Turning::Swing => {
-                // q is a swing after a twist: half the twist has the cosine w / r and the sine x / r.
+                // q is a swing after a twist: half the twist has the cosine w / r and the sine x /
+                // r.
                 let r = (q.w * q.w + q.x * q.x).sqrt();
                 let (c, s) = if r > 0.0 { (q.w / r, q.x / r) } else { (1.0, 0.0) };
                 let (y, z) = (q.y * c - q.z * s, q.y * s + q.z * c);
@@ -334,7 +339,7 @@ mod tests {
     use crate::state::named::Hinge;
     use crate::state::sixdof::{JointAxis, SixDof};
 
-    /// Rates of the angles by differences against what the rows say.
+    /// Compares finite differences of the angles with the rates from the rows.
     fn rates_agree(def: &SixDof, at: Quat, ways: &[Vec3], tolerance: f32) {
         let a = Quat::from_axis_angle([1.0, 2.0, -1.0], 0.7);
         let b = a * at;

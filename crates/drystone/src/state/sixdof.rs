@@ -1,4 +1,5 @@
-//! Joints of six axes: what each axis of a joint's frame may do, and what a user says of it.
+//! Definitions of joints of six axes: the motion, drive and friction of each axis of the joint's
+//! frame.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -10,42 +11,46 @@ use crate::base::limits;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
-/// A damped spring along or about an axis. In the wide methods one that is harder for a substep than a locked axis, with
-/// `c h + k h²` over the effective mass above that of [`crate::config::JointConfig`], is as hard as that.
+/// A damped spring along or about an axis. The default methods clamp it to the stiffness of a
+/// locked axis: its `c h + k h²` over the effective mass is at most that of
+/// [`crate::config::JointConfig`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointSpring {
     /// Force per displacement [N/m; N m/rad; 1/s² if `per_mass`]; at least 0.
     pub stiffness: f32,
     /// Force per speed [N s/m; N m s/rad; 1/s if `per_mass`]; at least 0. Infinite for a drive that
-    /// holds its speed as well as its greatest force lets it.
+    /// holds its speed as far as its maximum force allows.
     pub damping: f32,
-    /// Both count per effective mass of the two bodies along the axis: an acceleration.
+    /// Whether both are per effective mass of the two bodies along the axis, so that they give an
+    /// acceleration.
     pub per_mass: bool,
 }
 
 impl JointSpring {
-    /// A spring by force [N/m or N m/rad] and damping [N s/m or N m s/rad].
+    /// A spring with this stiffness [N/m or N m/rad] and damping [N s/m or N m s/rad].
     #[must_use]
     pub const fn new(stiffness: f32, damping: f32) -> Self {
         Self { stiffness, damping, per_mass: false }
     }
 
-    /// A spring by the undamped frequency [Hz] of the two bodies on it, and damping ratio (1: critical).
+    /// A spring with this undamped frequency of the two bodies on it [Hz] and damping ratio (1:
+    /// critical).
     ///
-    /// The mass is the effective one of the *two bodies of the joint*, 1/(1/a + 1/b) along an axis through both centers.
-    /// Between a heavy chassis and a light wheel it is about the wheel's. A spring that bears the chassis is made by
-    /// [`Self::for_load`].
+    /// The mass is the effective mass of the *two bodies of the joint*, 1/(1/a + 1/b) along an axis
+    /// through both centers. Between a heavy chassis and a light wheel it is about the wheel's
+    /// mass. Use [`Self::for_load`] for a spring that carries the chassis.
     #[must_use]
     pub fn hertz(hertz: f32, damping_ratio: f32) -> Self {
         let omega = 2.0 * core::f32::consts::PI * hertz;
         Self { stiffness: omega * omega, damping: 2.0 * damping_ratio * omega, per_mass: true }
     }
 
-    /// A spring on which this load alone would swing at this undamped frequency [Hz], with this damping ratio (1: critical):
-    /// `k = load (2πf)²`, `c = 2 ratio load 2πf`. The load is a mass [kg] along an axis, a moment of inertia [kg m²] about one.
+    /// A spring on which this load alone would oscillate at this undamped frequency [Hz], with this
+    /// damping ratio (1: critical): `k = load (2πf)²`, `c = 2 ratio load 2πf`. The load is a mass
+    /// [kg] along an axis, or a moment of inertia [kg m²] about one.
     ///
-    /// A mass at rest on it sinks by `g/(2πf)²`, however heavy it is: 248 mm at 1 Hz, 62 mm at 2 Hz.
+    /// A mass at rest on it sinks by `g/(2πf)²`, whatever its mass: 248 mm at 1 Hz, 62 mm at 2 Hz.
     ///
     /// ```
     /// use drystone::joint::JointSpring;
@@ -69,49 +74,51 @@ impl JointSpring {
     }
 }
 
-/// How far an axis lets the second body move or turn against the first.
+/// The motion of the second body relative to the first that an axis allows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum JointMotion {
-    /// Any way.
+    /// Any motion.
     #[default]
     Free,
-    /// Not at all.
+    /// No motion.
     Locked,
-    /// Between two places [m; rad].
+    /// Motion between two limits [m; rad].
     Limited {
-        /// Least coordinate; may be -∞.
+        /// Minimum coordinate; may be -∞.
         min: f32,
-        /// Greatest coordinate; at least `min`; may be ∞.
+        /// Maximum coordinate; at least `min`; may be ∞.
         max: f32,
-        /// What pushes back beyond them; without one they are as hard as the world's joints.
+        /// Spring that pushes back beyond the limits; without one they are as stiff as the world's
+        /// joints.
         spring: Option<JointSpring>,
     },
 }
 
-/// A spring toward a moving place, or a motor.
+/// A drive: a spring toward a moving target, or a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointDrive {
-    /// Coordinate without force [m; rad].
+    /// Target coordinate [m; rad].
     pub position: f32,
-    /// Speed without damping [m/s; rad/s].
+    /// Target speed [m/s; rad/s].
     pub velocity: f32,
-    /// The law of its force.
+    /// Stiffness and damping toward the targets.
     pub spring: JointSpring,
-    /// Greatest force [N; N m]; at least 0; may be ∞.
+    /// Maximum force [N; N m]; at least 0; may be ∞.
     pub max_force: f32,
 }
 
 impl JointDrive {
-    /// Holds this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
+    /// A motor that holds this speed [m/s; rad/s] with at most this force [N; N m]. Speed 0 makes
+    /// it a brake.
     #[must_use]
     pub const fn motor(velocity: f32, max_force: f32) -> Self {
         let spring = JointSpring::new(0.0, f32::INFINITY);
         Self { position: 0.0, velocity, spring, max_force }
     }
 
-    /// Pulls toward this coordinate [m; rad].
+    /// A spring toward this coordinate [m; rad] with at most this force [N; N m].
     #[must_use]
     pub const fn servo(position: f32, spring: JointSpring, max_force: f32) -> Self {
         Self { position, velocity: 0.0, spring, max_force }
@@ -128,32 +135,32 @@ impl JointDrive {
     }
 }
 
-/// One axis of a joint.
+/// One axis of a joint: motion, drive and friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointAxis {
-    /// How far it lets the bodies move.
+    /// The motion that it allows.
     pub motion: JointMotion,
-    /// What moves them; nothing on a locked axis.
+    /// The drive; ignored on a locked axis.
     pub drive: Option<JointDrive>,
-    /// Greatest force of dry friction against any motion [N; N m], beside the drive; at least 0; may be ∞. None
-    /// on a locked axis.
+    /// Maximum force of dry friction against any motion, in addition to the drive [N; N m]; at
+    /// least 0; may be ∞. Ignored on a locked axis.
     pub friction: f32,
 }
 
 impl JointAxis {
-    /// Nothing acts.
+    /// A free axis without drive and friction.
     pub const FREE: Self = Self { motion: JointMotion::Free, drive: None, friction: 0.0 };
-    /// No motion.
+    /// A locked axis.
     pub const LOCKED: Self = Self { motion: JointMotion::Locked, ..Self::FREE };
 
-    /// Motion between two hard stops [m; rad].
+    /// An axis with two hard stops [m; rad].
     #[must_use]
     pub const fn limited(min: f32, max: f32) -> Self {
         Self { motion: JointMotion::Limited { min, max, spring: None }, ..Self::FREE }
     }
 
-    /// Free but for this drive.
+    /// A free axis with this drive.
     #[must_use]
     pub const fn driven(drive: JointDrive) -> Self {
         Self { drive: Some(drive), ..Self::FREE }
@@ -171,31 +178,34 @@ impl JointAxis {
         Self { friction, ..self }
     }
 
-    /// Between two hard stops [m; rad].
+    /// With two hard stops [m; rad].
     #[must_use]
     pub const fn with_limits(self, min: f32, max: f32) -> Self {
         Self { motion: JointMotion::Limited { min, max, spring: None }, ..self }
     }
 
-    /// Pushed back by this spring beyond two places [m; rad].
+    /// With limits [m; rad] beyond which this spring pushes back.
     #[must_use]
     pub const fn with_soft_limits(self, min: f32, max: f32, spring: JointSpring) -> Self {
         Self { motion: JointMotion::Limited { min, max, spring: Some(spring) }, ..self }
     }
 
-    /// Driven at this speed [m/s; rad/s] with at most this force [N; N m]: [`JointDrive::motor`].
+    /// With a motor at this speed [m/s; rad/s] with at most this force [N; N m]:
+    /// [`JointDrive::motor`].
     #[must_use]
     pub const fn with_motor(self, speed: f32, max_force: f32) -> Self {
         self.with_drive(JointDrive::motor(speed, max_force))
     }
 
-    /// Pulled to this coordinate [m; rad] with at most this force [N; N m]: [`JointDrive::servo`].
+    /// With a servo to this coordinate [m; rad] with at most this force [N; N m]:
+    /// [`JointDrive::servo`].
     #[must_use]
     pub const fn with_servo(self, position: f32, spring: JointSpring, max_force: f32) -> Self {
         self.with_drive(JointDrive::servo(position, spring, max_force))
     }
 
-    /// Its least and greatest coordinate [m; rad]; `None` where it is free. Both are 0 where it is locked.
+    /// Its minimum and maximum coordinate [m; rad]; `None` where it is free. Both are 0 where it is
+    /// locked.
     #[must_use]
     pub const fn limits(&self) -> Option<(f32, f32)> {
         match self.motion {
@@ -205,7 +215,7 @@ impl JointAxis {
         }
     }
 
-    /// Where the axis is held if it is held [m; rad].
+    /// The coordinate at which the axis is locked, if it is [m; rad].
     pub(crate) fn held(&self) -> Option<f32> {
         match self.motion {
             JointMotion::Locked => Some(0.0),
@@ -220,7 +230,7 @@ impl JointAxis {
         self.held().is_none() && acts
     }
 
-    /// How far a coordinate is from where the axis may be; springs may be stretched [m; rad].
+    /// Excess of a coordinate beyond the hard limits of the axis [m; rad]. Sprung limits have none.
     pub(crate) fn excess(&self, x: f32) -> f32 {
         match self.motion {
             JointMotion::Free | JointMotion::Limited { spring: Some(_), .. } => 0.0,
@@ -235,7 +245,7 @@ impl JointAxis {
                 return Err(DefError::new("min", min, "a number or -inf"));
             }
             if !(max >= min) || max == f32::NEG_INFINITY {
-                return Err(DefError::new("max", max, "at least min"));
+                return Err(DefError::new("max", max, "at least `min`"));
             }
             if let Some(spring) = spring {
                 spring.validate().map_err(|e| e.within("spring"))?;
@@ -248,18 +258,18 @@ impl JointAxis {
     }
 }
 
-/// How far the x axis of the second frame may swing from that of the first.
+/// The maximum swing of the x axis of the second frame from that of the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointCone {
-    /// Greatest swing about y, and about z [rad]; above 0. Between them the limit is an ellipse.
+    /// Maximum swing about y, and about z [rad]; above 0. Between them the limit is an ellipse.
     pub swing: [f32; 2],
-    /// What pushes back beyond it; without one it is as hard as the world's joints.
+    /// Spring that pushes back beyond the cone; without one it is as stiff as the world's joints.
     pub spring: Option<JointSpring>,
 }
 
 impl JointCone {
-    /// What acts along a swing in this direction and across it.
+    /// The axes along and across a swing with this direction.
     pub(crate) fn axes(&self, y: JointAxis, z: JointAxis, [c, s]: [f32; 2]) -> [JointAxis; 2] {
         let [wide, high] = self.swing;
         let (p, q) = (c / wide, s / high);
@@ -281,14 +291,17 @@ impl JointCone {
     }
 }
 
-/// A joint of six axes: three that bodies move along and three that they turn about, in the frame of the
-/// joint on the first body. Coordinates are those of the second body's frame in the first one's.
+/// A joint of six axes: three translations and three rotations in the joint's frame on the first
+/// body. Coordinates are those of the second body's frame in the first body's frame.
 ///
-/// Of the angles: where one axis is not locked it is the turn about that axis, counted on over full turns;
-/// where two are not locked the first stays with body A, the second with body B, and they are always at
-/// right angles (a universal joint); where none is locked, or with a cone, x is the twist, y and z the swing.
+/// The meaning of the angles depends on the number of rotation axes that are not locked:
 ///
-/// [`crate::joint`] has the usual ones by name; each becomes one of these with `six_dof()`.
+/// * One: the angle is the rotation about that axis, with full turns counted.
+/// * Two: the first axis is fixed to body A, the second to body B, and they are always at right
+///   angles (a universal joint).
+/// * Three, or with a cone: x is the twist, y and z are the swing.
+///
+/// [`crate::joint`] has the usual joints by name; `six_dof()` converts each into this type.
 ///
 /// ```
 /// use drystone::joint::{JointAxis, SixDof, Slider};
@@ -305,17 +318,18 @@ pub struct SixDof {
     pub frame_a: Quat,
     /// The joint's axes [frame of the second body]; unit.
     pub frame_b: Quat,
-    /// Motion along x, y, z.
+    /// Translations along x, y, z.
     pub linear: [JointAxis; 3],
-    /// Turns about x, y, z.
+    /// Rotations about x, y, z.
     pub angular: [JointAxis; 3],
-    /// A limit of both swings together. The swings themselves must be free then, of the same friction, and if
-    /// they are driven, by the same law toward their two places.
+    /// A common limit of both swings. The swings themselves must then be free and have the same
+    /// friction. If they are driven, their drives must have the same law; the two targets may
+    /// differ.
     pub cone: Option<JointCone>,
 }
 
 impl SixDof {
-    /// Nothing moves: what other joints of six axes are made from.
+    /// All axes locked: the base for other joints of six axes.
     pub const FIXED: Self = Self {
         frame_a: Quat::IDENTITY,
         frame_b: Quat::IDENTITY,
@@ -337,7 +351,7 @@ impl SixDof {
         }
     }
 
-    /// The same with another axis in one place.
+    /// The same joint with another axis.
     #[must_use]
     pub const fn with_axis(mut self, axis: Axis, def: JointAxis) -> Self {
         match axis {
@@ -351,8 +365,8 @@ impl SixDof {
         self
     }
 
-    /// How far this gap from the first anchor to the second is beyond what the motions allow [m, frame of
-    /// the joint on the first body].
+    /// Excess of this gap, from the first anchor to the second, beyond the limits of the
+    /// translations [m, frame of the joint on the first body].
     #[must_use]
     pub fn linear_excess(&self, gap: impl Into<Vec3>) -> f32 {
         let gap = gap.into();
@@ -360,13 +374,13 @@ impl SixDof {
         vec3(x.excess(gap.x), y.excess(gap.y), z.excess(gap.z)).length()
     }
 
-    /// Motions, then turns.
+    /// The axes: translations, then rotations.
     pub(crate) const fn axes(&self) -> [JointAxis; 6] {
         let ([x, y, z], [a, b, c]) = (self.linear, self.angular);
         [x, y, z, a, b, c]
     }
 
-    /// As [`Self::axes`], with the swings along their direction and across where there is a cone.
+    /// Like [`Self::axes`]; with a cone, the swings are those along and across their direction.
     pub(crate) fn acting(&self, swing: [f32; 2]) -> [JointAxis; 6] {
         let mut axes = self.axes();
         if let Some(cone) = &self.cone {
@@ -375,7 +389,7 @@ impl SixDof {
         axes
     }
 
-    /// What of it there is to solve.
+    /// The parts that the solver has to solve.
     pub(crate) fn parts(&self) -> SixParts {
         SixParts {
             acts: self.scalars(),
@@ -384,18 +398,19 @@ impl SixDof {
         }
     }
 
-    /// True if a motion is held, and if a turn is.
+    /// Whether a translation is locked, and whether a rotation is.
     pub(crate) fn holds(&self) -> [bool; 2] {
         let any = |axes: &[JointAxis]| axes.iter().any(|axis| axis.held().is_some());
         [any(&self.linear), any(&self.angular)]
     }
 
-    /// True if some axis is held.
+    /// True if some axis is locked.
     pub(crate) fn holds_any(&self) -> bool {
         self.holds() != [false; 2]
     }
 
-    /// How many axes are not held, of the motions if something acts on one of them, and of the turns.
+    /// Number of axes that are not locked: of the translations if something acts on one of them,
+    /// plus likewise of the rotations.
     pub(crate) fn scalar_count(&self) -> usize {
         let free = |axes: &[JointAxis]| axes.iter().filter(|axis| axis.held().is_none()).count();
         let [moves, turns] = self.scalars();
@@ -403,7 +418,7 @@ impl SixDof {
         count(moves, &self.linear) + count(turns, &self.angular)
     }
 
-    /// True if a drive, a limit or friction acts on a motion, and if on a turn.
+    /// Whether a drive, a limit or friction acts on a translation, and whether on a rotation.
     pub(crate) fn scalars(&self) -> [bool; 2] {
         let any = |axes: &[JointAxis]| axes.iter().any(JointAxis::is_scalar);
         [any(&self.linear), any(&self.angular) || self.cone.is_some()]
@@ -440,11 +455,7 @@ impl SixDof {
         }
         let law = |axis: &JointAxis| axis.drive.map(|d| (d.spring, d.max_force));
         if law(y) != law(z) {
-            return Err(DefError::unsuitable(
-                "angular[2].drive",
-                "another than angular[1]'s",
-                SAME,
-            ));
+            return Err(DefError::unsuitable("angular[2].drive", "a different law", SAME));
         }
         if y.friction.to_bits() != z.friction.to_bits() {
             let same = "that of angular[1], as there is a cone";
@@ -454,16 +465,16 @@ impl SixDof {
     }
 }
 
-/// What of a joint of six axes there is to solve.
+/// The parts of a joint of six axes that the solver has to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SixParts {
-    /// Something acts on a motion, and on a turn: a drive, friction, a limit.
+    /// Whether a drive, friction or limit acts on a translation, and on a rotation.
     pub(crate) acts: [bool; 2],
-    /// A motion is held, and a turn.
+    /// Whether a translation is locked, and a rotation.
     pub(crate) holds: [bool; 2],
-    /// No motion is left.
+    /// Whether all translations are locked.
     pub(crate) holds_all_motions: bool,
 }
 
-const FREE: &str = "a free swing, as there is a cone";
-const SAME: &str = "the same law, as there is a cone";
+const FREE: &str = "free, because there is a cone";
+const SAME: &str = "the same law as that of angular[1], because there is a cone";

@@ -1,5 +1,5 @@
-//! Whether tables that come from outside hold together: every row that is named lives, every list says the same as
-//! the rows it is a list of, constraints of one color share no body. Stages trust all this without a look.
+//! Consistency check of tables from outside. Every referenced row must exist, every list must match
+//! its rows, and constraints of one color must share no body. Stages rely on this without a check.
 
 mod colors;
 mod contacts;
@@ -25,7 +25,7 @@ use crate::base::pose::Pose;
 use crate::base::slot_map::SlotMap;
 use crate::geometry::mass::MassProperties;
 
-/// What does not hold together, in words.
+/// Description of an inconsistency.
 pub(crate) type Unsound = &'static str;
 
 type Check = Result<(), Unsound>;
@@ -42,16 +42,16 @@ fn all_finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> bool {
     numbers.into_iter().all(|x| x.is_finite())
 }
 
-/// Masses [kg] and moments of inertia [kg m²] of bodies and of pieces of bodies.
+/// Allowed masses [kg] and moments of inertia [kg m²] of bodies and of pieces of bodies.
 const KEPT_MASSES: core::ops::RangeInclusive<f32> = 1.0e-30..=1.0e16;
 const KEPT_MOMENTS: core::ops::RangeInclusive<f32> = 1.0e-36..=1.0e31;
 
-/// A unit vector up to roundings, turned by a rotation that is one up to roundings.
+/// True for a unit vector, up to the rounding of the vector and of a rotation.
 fn is_direction(n: Vec3) -> bool {
     (n.length_squared() - 1.0).abs() < 1.0e-3
 }
 
-/// What a step keeps; shapes and anchors are nearer.
+/// True for a position that a step keeps. Shapes and anchors are nearer.
 fn is_place(x: Vec3) -> bool {
     x.is_finite() && x.abs().max_element() <= limits::POSITION_KEPT.most
 }
@@ -60,7 +60,7 @@ fn is_pose(pose: &Pose) -> bool {
     is_place(pose.position) && pose.rotation.is_normalized()
 }
 
-/// Which rows were seen.
+/// Rows that have been visited.
 struct Seen(Vec<bool>);
 
 impl Seen {
@@ -68,7 +68,7 @@ impl Seen {
         Self(vec![false; count])
     }
 
-    /// Takes down a row; false if there is no such row, or it was seen before.
+    /// Marks a row; false if the row does not exist or was marked before.
     fn is_new(&mut self, row: u32) -> bool {
         let place = self.0.get_mut(row as usize);
         place.is_some_and(|seen| !core::mem::replace(seen, true))
@@ -92,14 +92,14 @@ impl<Id, T> SlotMap<Id, T> {
 }
 
 impl Tables {
-    /// Checks everything, and finds what follows from it and was not saved: the lists of colors, the pairs that have
-    /// a contact.
+    /// Checks everything, and rebuilds derived data that was not saved: the lists of colors and the
+    /// set of pairs with a contact.
     ///
     /// # Errors
-    /// The first thing that does not hold together.
+    /// The first inconsistency.
     pub(crate) fn check(&mut self) -> Check {
         self.config.validate().map_err(|_| "the configuration is out of range")?;
-        // They count on.
+        // These counters keep counting.
         let far =
             self.steps.max(self.bounds.fixed_changes).max(u64::from(self.particles.threads) << 32);
         holds(far < 1 << 62, "a count is at its end")?;
@@ -118,7 +118,7 @@ impl Tables {
         check_breakage(&self.breakage, &self.bodies, &self.shapes)
     }
 
-    /// The trees hold every shape where it says, and nothing else.
+    /// Checks that the trees contain every shape at its stored place, and nothing else.
     fn check_bounds(&self) -> Check {
         let Self { shapes, bounds, bodies, .. } = self;
         for (tree, fixed) in [(&bounds.fixed, true), (&bounds.moving, false)] {
@@ -128,7 +128,7 @@ impl Tables {
                 shape.is_some_and(|s| s.fixed == fixed && s.is_in(bodies.at(s.body)))
             };
             holds(tree.items().all(is_right), "a tree has a box of no shape")?;
-            // What is out of the world is in no tree.
+            // Shapes that are out of the world are in no tree.
             let is_in = |s: &ShapeRow| s.is_in(bodies.at(s.body));
             let count = shapes.rows.iter().filter(|(_, s)| s.fixed == fixed && is_in(s)).count();
             holds(tree.len() == count, "a shape is in no tree")?;
@@ -157,7 +157,8 @@ fn check_bodies(bodies: &Bodies) -> Check {
         holds(placed, "a body is nowhere")?;
         let pushed = [b.step_force, b.step_torque, b.force, b.torque];
         let (v, w) = (b.v.abs().max_element(), b.w.abs().max_element());
-        // What changes its center of mass while it turns may be faster than what a step keeps.
+        // A body whose center of mass changes while it rotates may be faster than the limit that a
+        // step keeps.
         let kept = limits::SPEED_KEPT.most;
         let slow = v <= kept * limits::POSITION.most && w <= kept;
         let moved = [b.v, b.w, b.w_rest];
@@ -189,7 +190,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
     check_given(bodies)
 }
 
-/// Each body whose mass was given in full has that kept, and no other.
+/// Checks that exactly the bodies with an exact mass have an entry for it.
 fn check_given(bodies: &Bodies) -> Check {
     let exact = bodies.rows.iter().filter(|(_, b)| b.mass_source == MassSource::Exact).count();
     holds(exact == bodies.given.len(), "masses that were given are not those of bodies")?;

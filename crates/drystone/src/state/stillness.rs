@@ -1,10 +1,12 @@
-//! Stillness: what tells of a body that is slow whether it rests, or has only begun to move, or moves on without end.
+//! Stillness: decides whether a slow body is at rest, has only begun to move, or moves on
+//! indefinitely.
 //!
-//! Speed alone does not tell: what starts from rest is slow under any force, and so is a ball at the turning point of
-//! its way. While a body is slow, its pose is marked three times at equal distances in time. Two ways follow from
-//! those, the first and the second, and from their difference the mean acceleration: a body rests if that is small
-//! against the forces that its supports balance, and if both ways together are small against its size. Displacements
-//! are used, not velocities: jitter moves nothing far, however fast it is
+//! Speed alone is not enough. A body that starts from rest is slow under any force, and so is a
+//! ball at the turning point of its path. While a body is slow, its pose is marked three times at
+//! equal intervals. The marks give two displacements, and their difference gives the average
+//! acceleration. The body is at rest if that acceleration is small against the forces that its
+//! supports balance, and both displacements together are small against its size. Displacements are
+//! used instead of velocities, because jitter displaces a body little, however fast it is
 //! (docs/decisions/030-what-may-sleep.md).
 
 #[cfg(feature = "serde")]
@@ -16,36 +18,40 @@ use crate::base::limits::{self, TIME_STEP};
 use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::quat::Quat;
 
-/// Part of the forces on a body that its supports may leave over: what begins to move under less is not seen. It is a
-/// slope of 0.06 degrees, and loads of a balance that differ by a five-hundredth.
+/// Fraction of the forces on a body that its supports may leave unbalanced. A body that begins to
+/// move under a smaller force is not detected. It corresponds to a slope of 0.06 degrees, and to
+/// loads of a balance that differ by a five-hundredth.
 const BALANCE: f32 = 1.0e-3;
 
-/// Part of its size by which a body may move between three marks and rest: creep of what is supported. Limbs of ragdolls
-/// that lie creep by up to 0.07 (with 0.05 they slept twice as late); what rolls so slowly comes nowhere by its size.
+/// Displacement between three marks below which a supported body is at rest, as a fraction of its
+/// size: creep. Limbs of lying ragdolls creep by up to 0.07 (with 0.05 they slept twice as late). A
+/// body that rolls this slowly does not get farther than its size.
 const CREEP: f32 = 0.1;
 
-/// Part of its size by which a body that nothing touches may move in a second and rest: a hundredth in ten seconds.
-/// There is no creep in free flight, so it is less than [`CREEP`].
+/// Displacement per second below which a body without contacts is at rest, as a fraction of its
+/// size: a hundredth in ten seconds. It is less than [`CREEP`], because nothing creeps in free
+/// flight.
 const DRIFT: f32 = 1.0e-3;
 
-/// By how much the acceleration that velocities show may differ from that which ways show, in parts of that. Under a
-/// constant force they are the same, for a pole that topples they differ by 0.3; those of jitter have no relation.
+/// Maximum difference between the accelerations from velocities and from displacements, as a
+/// fraction of the latter. Under a constant force they are equal, for a toppling pole they differ
+/// by 0.3; for jitter they are unrelated.
 const LASTS: f32 = 0.5;
 
-/// Where marks are set: parts of the time of sleep. Before the first, what has just become slow settles; the third comes
-/// at the end, and not after it whatever the rounding.
+/// Times of the marks, as fractions of the time until sleep. A body that has just become slow
+/// settles before the first one. The third one comes at the end, and with rounding never after it.
 const LAG: f32 = 0.199;
 const SPACING: f32 = 0.4;
 
-/// Rounding of a pose, in parts of its numbers: positions are added up in some hundred substeps between two marks, each
-/// rounded by 6e-8 at most, one way or the other.
+/// Rounding of a pose, relative to its numbers. Positions are sums over some hundred substeps
+/// between two marks, each rounded by at most 6e-8 in either direction.
 const ROUNDING: f32 = 1.0e-6;
 
-/// Longest time between two marks [s]. A step is the shortest, whatever rounding of long times says; and steps, of 10 s at
-/// most, add nothing to a still time of 2^28 s.
+/// Maximum time between two marks [s]. The minimum is a step, regardless of rounding of long times.
+/// Steps of at most 10 s no longer change a still time of 2^28 s.
 const LONGEST: f32 = 1.0e9;
 
-/// Where a body was at a time.
+/// The pose of a body at a time.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Mark {
@@ -57,7 +63,8 @@ struct Mark {
     at: f32,
 }
 
-/// Way from a mark to another: of the center [m], and the turn [rad]. Or a mean velocity [m/s; rad/s].
+/// Displacement between two marks: of the center [m], and the rotation [rad]. Or an average
+/// velocity [m/s; rad/s].
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Way {
@@ -68,12 +75,12 @@ pub(crate) struct Way {
 impl Way {
     fn between(from: &Mark, to: &Mark) -> Self {
         let q = to.rotation * from.rotation.conjugate();
-        // What rests turns by little: twice the sine of half of it will do.
+        // A body at rest rotates little, so twice the sine of the half angle suffices.
         let sign = if q.w < 0.0 { -2.0 } else { 2.0 };
         Self { moved: to.center - from.center, turned: vec3(q.x, q.y, q.z) * sign }
     }
 
-    /// No point of a body of this size moved farther [m].
+    /// Upper bound on the displacement of any point of a body of this size [m].
     pub(crate) fn length(&self, size: f32) -> f32 {
         self.moved.length() + self.turned.length() * size
     }
@@ -82,45 +89,45 @@ impl Way {
         Self { moved: self.moved * by, turned: self.turned * by }
     }
 
-    /// This one less `part` of another.
+    /// This displacement minus `part` of another.
     fn less(&self, other: &Self, part: f32) -> Self {
         Self { moved: self.moved - other.moved * part, turned: self.turned - other.turned * part }
     }
 }
 
-/// What the last marks of a body said.
+/// The result of the last marks of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Verdict {
-    /// It rests, or has not been watched for long enough.
+    /// It is at rest, or has not been watched for long enough.
     #[default]
     Rests,
-    /// It moves on: mean speed, and the greatest that is rest [m/s].
+    /// It moves on: average speed, and the maximum speed at rest [m/s].
     Creeps(f32, f32),
-    /// It begins to move or turns round: acceleration, and the greatest that is rest [m/s²].
+    /// It begins to move, or reverses: acceleration, and the maximum acceleration at rest [m/s²].
     Sways(f32, f32),
 }
 
-/// What is known of the motion of a body that is slow.
+/// The motion of a slow body.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Stillness {
     marks: [Mark; 2],
-    /// How many marks were set since it became slow; more than two are as two.
+    /// Number of marks since it became slow; values above two count as two.
     count: u32,
-    /// Mean velocities on the last two ways.
+    /// Average velocities over the last two displacements.
     pub(crate) means: [Way; 2],
     pub(crate) verdict: Verdict,
 }
 
-/// When bodies are looked at, by the configuration and the length of a step.
+/// The times and thresholds for marks, from the configuration and the length of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StillnessRule {
     /// Gravity [m/s²].
     pub(crate) gravity: Vec3,
     /// Length of a typical body [m].
     pub(crate) length: f32,
-    /// Speed of the configuration [m/s].
+    /// Sleep speed of the configuration [m/s].
     pub(crate) speed: f32,
     /// Time until sleep [s].
     pub(crate) time: f32,
@@ -128,7 +135,7 @@ pub(crate) struct StillnessRule {
     pub(crate) dt: f32,
 }
 
-/// How much of the time of sleep there must be for three marks a step apart, in steps.
+/// Minimum time until sleep for three marks one step apart, in steps.
 const LEAST_STEPS: f32 = 2.5;
 
 impl SleepConfig {
@@ -138,8 +145,8 @@ impl SleepConfig {
     }
 }
 
-/// Acceleration that gravity and lasting forces would give a body that nothing holds [m/s²], and what it is the
-/// balance of.
+/// Acceleration of an unsupported body by gravity and lasting forces [m/s²], and the sum of the
+/// magnitudes that it is the balance of.
 fn pull(gravity: Vec3, body: &Body) -> (Vec3, f32) {
     let (weight, push) = (gravity * body.gravity_scale, body.force * (1.0 / body.mass));
     let mut pull = weight + push;
@@ -151,7 +158,8 @@ fn pull(gravity: Vec3, body: &Body) -> (Vec3, f32) {
     (pull, weight.length() + push.length())
 }
 
-/// Acceleration of a body in free flight [m/s²], of its fastest point; 0 where forces cancel but for their rounding.
+/// Acceleration of the fastest point of a body in free flight [m/s²]; 0 if the forces cancel up to
+/// rounding.
 pub(crate) fn free_acceleration(gravity: Vec3, body: &Body, length: f32) -> f32 {
     let (pull, of) = pull(gravity, body);
     let straight = pull.length();
@@ -160,44 +168,44 @@ pub(crate) fn free_acceleration(gravity: Vec3, body: &Body, length: f32) -> f32 
     straight + turning
 }
 
-/// Size of a body [m]; one without shapes counts as a typical one, of this length.
+/// Size of a body [m]; a body without shapes has this typical length.
 pub(crate) fn size(body: &Body, length: f32) -> f32 {
     if body.extent > 0.0 { body.extent } else { length }
 }
 
-/// Speed below which a body that nothing touches rests, however long it flies [m/s].
+/// Speed below which a body without contacts is at rest, however long it flies [m/s].
 pub(crate) fn drift_speed(body: &Body, length: f32) -> f32 {
     DRIFT * size(body, length)
 }
 
-/// True if nothing can hold a body: no contact near it, no joint, no particle.
+/// True if nothing can hold a body: it has no contact nearby, no joint and no particle.
 pub(crate) fn is_free(body: &Body) -> bool {
     body.constraints == 0 && !body.dragged
 }
 
-/// How far a pose may be off by rounding after some steps [m].
+/// Maximum error of a pose by rounding after some steps [m].
 pub(crate) fn rounding(body: &Body, length: f32) -> f32 {
     ROUNDING * (body.center.abs().max_element() + size(body, length))
 }
 
 impl StillnessRule {
-    /// How far apart marks are in time [s].
+    /// Time between marks [s].
     pub(crate) fn spacing(&self) -> f32 {
         Self::spacing_of(self.time)
     }
 
-    /// The same, where the time until sleep is this [s].
+    /// The same, for this time until sleep [s].
     pub(crate) const fn spacing_of(time: f32) -> f32 {
         SPACING * time
     }
 
-    /// How many marks there should be.
+    /// Number of marks due.
     fn marks_at(&self, still_time: f32) -> f32 {
         let past = still_time - LAG * self.time;
         if past >= 0.0 { 1.0 + (past / self.spacing()).floor() } else { 0.0 }
     }
 
-    /// True if a body is slow enough to be watched; whether it rests is said by its marks.
+    /// True if a body is slow enough to be watched. Its marks decide whether it is at rest.
     pub(crate) fn is_slow(&self, body: &Body, by_speed: bool) -> bool {
         if !is_free(body) {
             return by_speed;
@@ -229,7 +237,7 @@ impl StillnessRule {
         known.count = (marks + 1).min(2);
         if marks < 2 {
             if body.still_time >= self.time {
-                // The step grew longer meanwhile: one more mark is needed.
+                // The step became longer meanwhile, so one more mark is needed.
                 let now = self.time - 0.5 * self.spacing();
                 known.go_back(body.still_time - now);
                 body.still_time = now;
@@ -238,7 +246,7 @@ impl StillnessRule {
         }
         known.judge(self, [&first, &second, &here], body);
         if known.verdict != Verdict::Rests {
-            // It is looked at again a mark later, a little less for rounding.
+            // The next test follows one mark later, slightly less for rounding.
             let back = body.still_time - (LAG + 1.02 * SPACING) * self.time;
             known.go_back(back);
             body.still_time -= back;
@@ -247,19 +255,20 @@ impl StillnessRule {
 }
 
 impl Stillness {
-    /// Marks are told from another origin [m].
+    /// Shifts the marks to another origin [m].
     pub(crate) fn shift(&mut self, origin: Vec3) {
         self.marks.iter_mut().for_each(|mark| mark.center -= origin);
     }
 
-    /// The still time goes back by so much [s], and marks with it: the times between them are what their ways took.
+    /// Moves the still time back by `by` [s], together with the marks, so that the times between
+    /// marks stay correct.
     pub(crate) fn go_back(&mut self, by: f32) {
         for mark in &mut self.marks {
             mark.at = bounded(mark.at - by);
         }
     }
 
-    /// Says by three marks whether a body rests.
+    /// Decides from three marks whether a body is at rest.
     fn judge(&mut self, rule: &StillnessRule, [first, second, here]: [&Mark; 3], body: &Body) {
         let size = size(body, rule.length);
         let times = [second.at - first.at, here.at - second.at];
@@ -270,9 +279,10 @@ impl Stillness {
         self.means = [before.scaled(per[0]), after.scaled(per[1])];
         let rounding = rounding(body, rule.length);
         let creep = CREEP * size + rounding;
-        // What the second way is more than the first, had it taken as long: a τ².
+        // Difference of the second displacement to the first, scaled to the same time: a τ².
         let sway = after.less(&before, times[1] * per[0]);
-        // And what the velocities say of the second half: of jitter, another thing.
+        // The velocity change over the second half; for jitter it is unrelated to the
+        // displacements.
         let gain = Way { moved: here.v - second.v, turned: here.w - second.w };
         let apart = gain.scaled(times[0]).less(&sway, 1.0).length(size);
         let sway = sway.length(size);
@@ -290,7 +300,7 @@ impl Stillness {
         };
     }
 
-    /// True if its numbers can be: what is judged by them is a number then.
+    /// True if its numbers are valid, so that the verdict is computed from finite numbers.
     pub(crate) fn is_sound(&self) -> bool {
         let numbers = match self.verdict {
             Verdict::Rests => [0.0; 2],

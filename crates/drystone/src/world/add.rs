@@ -43,7 +43,7 @@ impl World {
             kind: def.kind,
             center: def.position + rotation.rotate(mass.center),
             rotation,
-            // What is static stays where it is, whatever its definition says of velocities.
+            // A static body has no velocity, even if its definition gives one.
             v: if def.kind == BodyKind::Static { Vec3::ZERO } else { def.linear_velocity },
             w: if def.kind == BodyKind::Static { Vec3::ZERO } else { def.angular_velocity },
             local_center: mass.center,
@@ -117,7 +117,7 @@ impl World {
                 tables.islands.create(row, &mut tables.bodies);
                 if !def.asleep {
                     self.sets().wake(row);
-                    // Being added awake is no event.
+                    // Adding a body awake causes no wake event.
                     self.pending.wake.retain(|b| *b != id);
                 }
             }
@@ -131,15 +131,21 @@ impl World {
         Ok(id)
     }
 
-    /// Adds a shape to a body; center of mass and inertia follow, and the mass unless it was given. A
-    /// mass that was given in full stays. The body keeps its place, and every point of it its velocity.
+    /// Adds a shape to a body. The body's center of mass and inertia are updated, and its mass
+    /// unless that was given. An exact mass stays unchanged. The body keeps its pose, and each
+    /// point of it keeps its velocity.
     ///
     /// # Errors
-    /// The body does not exist, a field is out of range, or the body's mass would be; then nothing is added.
+    /// The body does not exist, or a field or the body's mass is out of range. Then nothing is
+    /// added.
     pub fn add_shape(&mut self, body: BodyId, def: ShapeDef) -> Result<ShapeId, DefError> {
         def.validate()?;
         let Some(row) = self.tables.bodies.rows.row(body) else {
-            return Err(DefError::missing("body", body.index(), "a body of this world"));
+            return Err(DefError::missing(
+                "body",
+                format_args!("BodyId {}", body.index()),
+                "a body of this world",
+            ));
         };
         shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
         if let Some(mass) = self.mass_with(row, Some(&def)) {
@@ -191,7 +197,7 @@ impl World {
         id
     }
 
-    /// Puts a shape's box into its tree, unless it is out of the world.
+    /// Inserts a shape's box into its tree, unless the shape is out of the world.
     pub(super) fn enter_bounds(&mut self, shape: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
@@ -204,12 +210,12 @@ impl World {
         tables.bounds.insert(shape, fixed, fat, &mut tables.shapes);
     }
 
-    /// A context for the boxes of things changed between steps.
+    /// A context for the boxes of objects that change between steps.
     pub(super) fn context(&self) -> StepContext {
         StepContext::new(&self.tables.config, 1.0 / 60.0, self.last_h, self.level.0)
     }
 
-    /// Puts all boxes of a body where its shapes are now.
+    /// Updates all boxes of a body to the current poses of its shapes.
     pub(super) fn refresh_bounds(&mut self, body: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
@@ -224,14 +230,15 @@ impl World {
         }
     }
 
-    /// Ends all contacts of a shape, waking what it touched.
+    /// Ends all contacts of a shape, or of a body if `shape` is `None`, and wakes the touched
+    /// bodies.
     pub(super) fn end_contacts_of(&mut self, body: u32, shape: Option<u32>) {
         self.end_contacts_where(body, |_, c| {
             shape.is_none_or(|s| c.shape_a == s || c.shape_b == s)
         });
     }
 
-    /// Ends those contacts of a body that `ends` names, waking what it touched.
+    /// Ends the contacts of a body for which `ends` is true, and wakes the touched bodies.
     pub(super) fn end_contacts_where(
         &mut self,
         body: u32,
@@ -249,7 +256,7 @@ impl World {
         }
     }
 
-    /// Ends a contact, and reports that if it touched.
+    /// Ends a contact, and reports the end if it touched.
     pub(super) fn end_contact(&mut self, row: u32) {
         let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
         let events = &mut self.pending;
@@ -262,9 +269,8 @@ impl World {
         }
     }
 
-    /// Removes a body with its shapes and joints, lets go of the particles that it holds, and wakes what it
-    /// touched. False if there is no such
-    /// body.
+    /// Removes a body with its shapes and joints, detaches its particles, and wakes the bodies that
+    /// it touched. False if there is no such body.
     pub fn remove_body(&mut self, id: BodyId) -> bool {
         let Some(row) = self.tables.bodies.rows.row(id) else { return false };
         for joint in self.tables.bodies.at(row).joints.clone() {
@@ -292,8 +298,8 @@ impl World {
         true
     }
 
-    /// Removes a shape from its body; the mass follows as in [`Self::add_shape`], but a body whose last
-    /// solid shape goes keeps the mass it had. False if there is no such shape.
+    /// Removes a shape from its body. The mass is updated as in [`Self::add_shape`], but a body
+    /// whose last solid shape is removed keeps its mass. False if there is no such shape.
     pub fn remove_shape(&mut self, id: ShapeId) -> bool {
         let Some(row) = self.tables.shapes.rows.row(id) else { return false };
         let body = self.tables.shapes.at(row).body;
@@ -310,21 +316,22 @@ impl World {
         true
     }
 
-    /// Adds a joint and wakes its bodies. Points and axes of the world become local ones of the bodies as they lie now.
+    /// Adds a joint and wakes its bodies. World points and axes are converted to the frames of the
+    /// bodies at their current poses.
     ///
     /// # Errors
-    /// A body does not exist, both are static or kinematic, or a field is out of range; then nothing is
+    /// A body does not exist, neither is dynamic, or a field is out of range; then nothing is
     /// added.
     pub fn add_joint(&mut self, def: JointDef) -> Result<JointId, DefError> {
         let def = self.place_joint(def)?;
         let bodies = &self.tables.bodies;
         let (a, b) = (def.body_a.index(), def.body_b.index());
         if !bodies.at(a).is_dynamic() && !bodies.at(b).is_dynamic() {
-            let value = "not dynamic, as body_a";
+            let value = "a body that is not dynamic";
             return Err(DefError::unsuitable(
                 "body_b",
                 value,
-                "a dynamic body on one side at least",
+                "a dynamic body, because `body_a` is not one",
             ));
         }
         let joint = Joint {
@@ -352,11 +359,12 @@ impl World {
         Ok(self.insert_joint(joint))
     }
 
-    /// Adds a coupling of two joints, as a joint of its own, and wakes their bodies. It goes when one of them goes.
+    /// Adds a coupling of two joints as a joint of its own, and wakes their bodies. The coupling is
+    /// removed with either joint.
     ///
     /// # Errors
-    /// A joint does not exist or is not of six axes, an axis is locked or behind a cone, or a field is out of
-    /// range; then nothing is added.
+    /// A joint does not exist or is not of six axes, an axis is locked or part of a cone, or a
+    /// field is out of range. Then nothing is added.
     pub fn add_coupling(&mut self, def: CouplingDef) -> Result<JointId, DefError> {
         def.validate()?;
         let joints = &self.tables.joints;
@@ -367,7 +375,11 @@ impl World {
                     check_axis(axis_name, &six.def, axis)?;
                     Ok([joint.body_a, joint.body_b])
                 }
-                _ => Err(DefError::missing(name, id.index(), "a joint of six axes of this world")),
+                _ => Err(DefError::missing(
+                    name,
+                    format_args!("JointId {}", id.index()),
+                    "a joint of six axes of this world",
+                )),
             }
         };
         let [a1, b1] = find("joint_a", "axis_a", def.joint_a, def.axis_a)?;
@@ -375,8 +387,8 @@ impl World {
         let Some((a, b)) = between(&self.tables.bodies, [a1, b1], [a2, b2]) else {
             return Err(DefError::unsuitable(
                 "joint_b",
-                "of the same bodies",
-                "two joints between bodies",
+                "a joint between the same bodies",
+                "a joint with at least one other body",
             ));
         };
         let anchor = Vec3::ZERO;
@@ -401,8 +413,9 @@ impl World {
         Ok(self.insert_joint(joint))
     }
 
-    /// Puts a coupling between bodies that its joints have now: one of them was fastened to another body, or a body has
-    /// another kind. One that stands between no two bodies any more is removed, or `stays` as it is.
+    /// Updates the bodies of a coupling after one of its joints moved to another body, or a body
+    /// changed its kind. A coupling that no longer connects two bodies is removed, or kept
+    /// unchanged if `stays` is true.
     pub(super) fn follow_joints(&mut self, row: u32, stays: bool) {
         let joints = &self.tables.joints;
         let Some(id) = joints.rows.id_at(row) else { return };
@@ -434,7 +447,7 @@ impl World {
         self.enter_joint(row);
     }
 
-    /// Wakes the bodies of a joint, and has it solved.
+    /// Wakes the bodies of a joint, and enters it into the solve.
     pub(super) fn enter_joint(&mut self, row: u32) {
         let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
         let mut sets = self.sets();
@@ -452,7 +465,7 @@ impl World {
         id
     }
 
-    /// Rows of the couplings that name a joint; some twice.
+    /// Rows of the couplings of a joint; some may appear twice.
     pub(super) fn couplings_of(&self, id: JointId) -> impl Iterator<Item = u32> {
         let tables = &self.tables;
         let joint = tables.joints.rows.row(id).map(|row| tables.joints.at(row));
@@ -464,7 +477,7 @@ impl World {
         })
     }
 
-    /// As [`Self::couplings_of`], each once, by rows.
+    /// The rows of [`Self::couplings_of`], each once, sorted.
     pub(super) fn each_coupling_of(&self, id: JointId) -> Vec<u32> {
         let mut rows: Vec<u32> = self.couplings_of(id).collect();
         rows.sort_unstable();
@@ -480,7 +493,7 @@ impl World {
         bodies.into_iter().for_each(|body| sets.wake(body));
     }
 
-    /// Removes the couplings of a joint that goes.
+    /// Removes the couplings of a joint that is being removed.
     fn remove_couplings(&mut self, id: JointId) {
         let joints = &self.tables.joints;
         let gone: Vec<JointId> =
@@ -524,14 +537,14 @@ impl World {
         if let Some(joint) = tables.joints.rows.remove(id) {
             tables.joints.breakable -= usize::from(joint.strength.is_some());
         }
-        // Shapes that the joint kept apart may meet again.
+        // Shapes that the joint kept from colliding may touch again.
         for body in [a, b] {
             self.refresh_bounds(body);
         }
         true
     }
 
-    /// Turns the pose of a body's origin into that of its center and back: see [`super::BodyMut`].
+    /// Moves the origin of a body to a pose: see [`super::BodyMut`].
     pub(super) fn put_body(&mut self, row: u32, position: Vec3, rotation: Quat) {
         let body = self.tables.bodies.at_mut(row);
         body.set_pose(&Pose { position, rotation });
@@ -547,7 +560,8 @@ impl World {
                 of_statics.push(contact);
             }
         }
-        // Sensors of static bodies that see static shapes: no step looks at these but when they are new.
+        // Static sensors that overlap static shapes: a step updates these overlaps only when the
+        // shapes are new.
         for contact in of_statics {
             self.end_contact(contact);
         }
@@ -566,8 +580,8 @@ pub(super) fn rolling_radius(shape: &Shape) -> f32 {
     }
 }
 
-/// The bodies that a coupling of two joints, each of two bodies, stands between: two of which one moves, one of each
-/// joint, so that islands know of it.
+/// The two bodies that a coupling connects: one of each joint, at least one of them dynamic, so
+/// that the islands link them.
 fn between(bodies: &Bodies, [a1, b1]: [u32; 2], [a2, b2]: [u32; 2]) -> Option<(u32, u32)> {
     let moves = |row: u32| bodies.at(row).is_dynamic();
     let mut pairs = [(b1, b2), (b1, a2), (a1, b2), (a1, a2)].into_iter().filter(|(a, b)| a != b);
@@ -575,7 +589,7 @@ fn between(bodies: &Bodies, [a1, b1]: [u32; 2], [a2, b2]: [u32; 2]) -> Option<(u
     both.or_else(|| pairs.find(|(a, b)| moves(*a) || moves(*b)))
 }
 
-/// The box of a shape in its tree, where the shape is now: what is fixed needs no room.
+/// The box of a shape in its tree at its current pose. A fixed shape needs no margin for motion.
 fn tree_box(tables: &Tables, shape: u32, ctx: &StepContext) -> Aabb {
     let row = tables.shapes.at(shape);
     let body = tables.bodies.at(row.body);

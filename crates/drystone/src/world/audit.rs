@@ -1,4 +1,4 @@
-//! What a world can say of itself: how right it is, and why it is awake.
+//! Diagnostics of a world: its accuracy, and why bodies are awake.
 
 use super::World;
 use crate::base::id::BodyId;
@@ -8,9 +8,9 @@ use crate::query::why_awake::{WhyAwake, why_awake};
 use crate::state::method::Method;
 
 impl World {
-    /// How right the world is now: energy, momentum, overlaps, joint errors, friction cones, what the
-    /// contacts of the last step left unsolved. Only reads; takes a walk over all bodies, contacts and
-    /// joints.
+    /// Measures the accuracy of the current state: energy, momentum, overlaps, joint errors,
+    /// friction cones, and the unsolved remainder of the last step's contacts. It only reads, and
+    /// walks over all bodies, contacts and joints.
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {
@@ -37,23 +37,24 @@ impl World {
         audit::audit(&self.tables, self.books.as_deref(), self.last_h, self.context().substeps)
     }
 
-    /// How stiff the contacts of now are as springs of the configuration's `penalty`, and the longest substep
-    /// with which the method `penalty` stays stable. Bodies that come to lie on each other make it shorter.
+    /// Stiffness of the current contacts as springs of the configuration's `penalty`, and the
+    /// longest substep for which the method `penalty` is stable. Additional bodies at rest on each
+    /// other make it shorter.
     #[must_use]
     pub fn penalty_limit(&self) -> PenaltyLimit {
         penalty_limit(&self.tables)
     }
 
-    /// How far the method `analytic` was from solving the contacts in the last step: what a row still asked
-    /// for, as a part of the greatest speed of a contact point before; 0 with other methods. Above 1e-6 it
-    /// gave up: [`Self::warnings`] says why.
+    /// Residual of the method `analytic` in the last step: the largest remaining demand of a row,
+    /// as a fraction of the maximum speed of a contact point before the solve. 0 with other
+    /// methods. Above 1e-6 the solve failed: [`Self::warnings`] gives the reason.
     #[must_use]
     pub fn contact_residual(&self) -> f64 {
         self.scratch.residual().0
     }
 
-    /// What will go wrong with steps of `dt` [s], as far as it can be known: that `penalty` is beyond its
-    /// limit of stability, or that `analytic` gave up in the last step. A sentence each.
+    /// Warnings about steps of `dt` [s], one sentence each: `penalty` is beyond its limit of
+    /// stability, or `analytic` failed in the last step.
     #[must_use]
     pub fn warnings(&self, dt: f32) -> Vec<String> {
         let config = &self.tables.config;
@@ -67,7 +68,7 @@ impl World {
                 warnings.push(format!(
                     "substeps of {h:.6} s are longer than {:.6} s, the limit of stability of the contact \
                      springs (penalty.hertz={}, up to {:.1} Hz with the contacts of now): overlaps will \
-                     grow; allowed are more substeps, a lower penalty.hertz or penalty-implicit",
+                     grow; use more substeps, a lower penalty.hertz or penalty-implicit",
                     limit.longest_substep, config.penalty.hertz, limit.hertz
                 ));
             }
@@ -86,15 +87,15 @@ impl World {
         warnings
     }
 
-    /// The contact or joint that is farthest from what it asks [m]; `None` if all do.
+    /// The contact or joint with the largest error [m]; `None` if no error is above 0.
     #[must_use]
     pub fn worst_constraint(&self) -> Option<WorstConstraint> {
         audit::worst_constraint(&self.tables)
     }
 
-    /// From now on keeps a ledger of energy, [`Audit::ledger`]: what came in, what went out. One that was
-    /// open begins anew. It costs two walks over the dynamic bodies in each step,
-    /// sleeping ones too: some 450 instructions a body, 2 % of a step of a large pyramid.
+    /// Opens a ledger of energy that enters and leaves the world: see [`Audit::ledger`]. A ledger
+    /// that is already open starts again. It costs two walks over the dynamic bodies in each step,
+    /// including sleeping ones: some 450 instructions per body, 2 % of a step of a large pyramid.
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {
@@ -120,14 +121,14 @@ impl World {
         self.books = Some(Box::new(Books::open(&self.tables)));
     }
 
-    /// Closes the ledger; what it said. `None` if none was open.
+    /// Closes the ledger and returns it. `None` if none was open.
     pub fn end_ledger(&mut self) -> Option<Ledger> {
         self.books.take().map(|books| books.ledger(&self.tables))
     }
 
-    /// Why a body is awake: what keeps its island from sleeping, which body that is said of, and the
-    /// way there over contacts and joints. `None` if there is no such body. Only reads; takes a walk over
-    /// the island.
+    /// The reason why a body is awake: the cause that keeps its island awake, the body with that
+    /// cause, and the path to it over contacts and joints. `None` if there is no such body. It only
+    /// reads, and walks over the island.
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {

@@ -1,4 +1,4 @@
-//! A body as the user sees it.
+//! Public access to a body.
 
 use super::World;
 use super::breakage::{BondRef, bonds_of};
@@ -18,7 +18,7 @@ use crate::state::def::{
 };
 use crate::state::tables::Tables;
 
-/// A body, to read.
+/// A body, read-only.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyRef<'w> {
     tables: &'w Tables,
@@ -42,7 +42,7 @@ impl<'w> BodyRef<'w> {
         self.id
     }
 
-    /// What moves it.
+    /// The kind: static, kinematic or dynamic.
     #[must_use]
     pub const fn kind(&self) -> BodyKind {
         self.body.kind
@@ -84,7 +84,7 @@ impl<'w> BodyRef<'w> {
         self.body.w
     }
 
-    /// Velocity of the body's matter at a point [m/s, world; point in m, world].
+    /// Velocity of the body at a point [m/s, world; point in m, world].
     #[must_use]
     pub fn velocity_at(&self, point: impl Into<Vec3>) -> Vec3 {
         self.body.velocity_at(point.into() - self.body.center).bounded()
@@ -102,7 +102,8 @@ impl<'w> BodyRef<'w> {
         Sym3::rotated_diagonal(self.body.rotation * self.body.principal, self.body.moments)
     }
 
-    /// Its kinetic energy [J]; 0 unless it is dynamic. What is beyond f32 is given as its greatest number.
+    /// Its kinetic energy [J]; 0 unless it is dynamic. A value beyond f32 is given as the largest
+    /// f32.
     #[must_use]
     pub fn kinetic_energy(&self) -> f32 {
         if !self.body.is_dynamic() {
@@ -119,7 +120,7 @@ impl<'w> BodyRef<'w> {
         bounded(-self.body.mass * g.dot(self.body.center))
     }
 
-    /// 64 bits over the bits of its pose and velocity: equal where two runs are equal.
+    /// A 64-bit hash of the bits of its pose and velocity. Equal runs give equal hashes.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         let mut hash = StateHash::default();
@@ -127,25 +128,26 @@ impl<'w> BodyRef<'w> {
         hash.finish()
     }
 
-    /// True if it takes no part in steps until something wakes it. Static bodies are not asleep, nor are disabled ones.
+    /// True if it is left out of steps until something wakes it. Static and disabled bodies are not
+    /// asleep.
     #[must_use]
     pub fn is_asleep(&self) -> bool {
         self.body.sleeps() && !self.body.disabled
     }
 
-    /// False if it was taken out of the world: see [`BodyMut::set_enabled`].
+    /// False if it is disabled: see [`BodyMut::set_enabled`].
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         !self.body.disabled
     }
 
-    /// Where its mass comes from while it is dynamic.
+    /// Source of its mass while it is dynamic.
     #[must_use]
     pub fn mass_def(&self) -> MassDef {
         mass_def(&self.tables.bodies, self.id.index())
     }
 
-    /// How many times gravity counts.
+    /// Factor by which gravity acts on it.
     #[must_use]
     pub const fn gravity_scale(&self) -> f32 {
         self.body.gravity_scale
@@ -163,21 +165,21 @@ impl<'w> BodyRef<'w> {
         self.body.can_sleep
     }
 
-    /// Speed below which it is slow [m/s]; `None`: the world's.
+    /// Speed below which it counts as slow [m/s]; `None`: the world's default.
     #[must_use]
     pub fn sleep_speed(&self) -> Option<f32> {
         (self.body.sleep_speed >= 0.0).then_some(self.body.sleep_speed)
     }
 
-    /// True if its state became non-finite and it waits for a new pose or velocity.
+    /// True if its state became non-finite, until it gets a new pose or velocity.
     #[must_use]
     pub const fn is_faulted(&self) -> bool {
         self.body.faulted
     }
 
-    /// Its level in the contact graph: how many contacts lie between it and a static or kinematic body,
-    /// at least. 0 for these themselves, `None` for a body that nothing holds. Follows changes one level
-    /// a step.
+    /// Its level in the contact graph: the minimum number of contacts between it and a static or
+    /// kinematic body. 0 for those bodies, `None` for an unsupported body. Changes propagate by one
+    /// level per step.
     #[must_use]
     pub fn support_level(&self) -> Option<u32> {
         (self.body.level != NONE).then_some(self.body.level)
@@ -188,23 +190,24 @@ impl<'w> BodyRef<'w> {
         self.body.shapes.iter().map(|row| self.tables.shapes.id(*row))
     }
 
-    /// Its joints, in no promised order. [`crate::JointRef::body_b`] says on which side of one it is.
+    /// Its joints, in no promised order. [`crate::JointRef::body_b`] tells which side of a joint it
+    /// is on.
     pub fn joints(&self) -> impl Iterator<Item = JointId> {
         self.body.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
     }
 
-    /// The bonds between its shapes; none unless it is glued.
+    /// The bonds between its shapes; empty unless it is glued.
     pub fn bonds(&self) -> impl Iterator<Item = BondRef> + use<'w> {
         bonds_of(self.tables, self.id.index())
     }
 
-    /// How it breaks where it is hit; `None`: it does not.
+    /// Its fracture settings; `None`: it does not break when hit.
     #[must_use]
     pub fn fracture(&self) -> Option<Fracture> {
         self.tables.breakage.fractures.get(&self.id.index()).copied()
     }
 
-    /// Axes it cannot move along or about.
+    /// The locked axes, along or about which it cannot move.
     #[must_use]
     pub const fn locks(&self) -> AxisLocks {
         self.body.locks
@@ -217,7 +220,7 @@ impl<'w> BodyRef<'w> {
     }
 }
 
-/// A body, to change. What is set is checked; what matters to others wakes it.
+/// A body for changes. Setters check their arguments, and wake other bodies that a change affects.
 #[derive(Debug)]
 pub struct BodyMut<'w> {
     pub(super) world: &'w mut World,
@@ -231,7 +234,7 @@ impl<'w> BodyMut<'w> {
         Some(Self { world, row, id })
     }
 
-    /// The body, to read.
+    /// The body, read-only.
     #[must_use]
     pub fn get(&self) -> BodyRef<'_> {
         BodyRef {
@@ -245,12 +248,13 @@ impl<'w> BodyMut<'w> {
         self.world.tables.bodies.at_mut(self.row)
     }
 
-    /// Wakes it, with the island it is in.
+    /// Wakes it and its island.
     pub fn wake(&mut self) {
         self.world.sets().wake(self.row);
     }
 
-    /// Wakes what touches it or hangs on it, by joints, couplings or particles: a static or kinematic body was moved.
+    /// Wakes bodies that touch it, and bodies and particles joined to it, after a static or
+    /// kinematic body was moved.
     pub(super) fn wake_neighbors(&mut self) {
         let tables = &self.world.tables;
         let body = tables.bodies.at(self.row);
@@ -259,7 +263,7 @@ impl<'w> BodyMut<'w> {
             if side == 0 { c.body_b } else { c.body_a }
         });
         let ends = |row: &u32| [tables.joints.at(*row).body_a, tables.joints.at(*row).body_b];
-        // Those of a coupling that are not next to the body may hang on it by the other joint alone.
+        // A coupling may connect bodies to this one through its other joint alone.
         let ids = body.joints.iter().filter_map(|row| tables.joints.rows.id_at(*row));
         let coupled: Vec<u32> = ids.flat_map(|id| self.world.couplings_of(id)).collect();
         let joined = body.joints.iter().chain(&coupled).flat_map(ends);
@@ -337,20 +341,20 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Forces and impulses act on dynamic bodies; not on what is out of the world.
+    /// True for an enabled dynamic body. Forces and impulses act on no other body.
     fn pushable(&mut self) -> bool {
         let body = self.body();
         body.is_dynamic() && !body.out
     }
 
-    /// What these impulses [N s, N m s, world] make of its velocities.
+    /// The body's velocities after these impulses [N s, N m s, world].
     ///
     /// # Errors
-    /// The result is beyond what a velocity may be.
+    /// The resulting velocity is out of range.
     fn after_impulses(&mut self, linear: Vec3, angular: Vec3) -> Result<[Vec3; 2], DefError> {
         let body = self.body();
         let v = body.v + linear * (1.0 / body.mass);
-        // A blow without a turn leaves the spin its bits.
+        // An impulse without a turning part leaves the bits of the angular velocity unchanged.
         let turns = angular != Vec3::ZERO;
         let w = if turns { body.w + body.turn_by(angular) } else { body.w };
         let fits = |v: Vec3| v.to_array().into_iter().all(|x| limits::SPEED.admits(x));
@@ -358,7 +362,7 @@ impl<'w> BodyMut<'w> {
             return Ok([v, w]);
         }
         let impulse = if fits(v) { angular } else { linear };
-        let allowed = "what leaves the body at speeds up to 1e6 m/s and 1e6 rad/s";
+        let allowed = "an impulse that leaves the body slower than 1e6 m/s and 1e6 rad/s";
         Err(DefError::of_vec("impulse", impulse, allowed))
     }
 
@@ -402,7 +406,7 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Checks that a force [N] and a torque [N m] accelerate it no more than can be computed with.
+    /// Checks that a force [N] and a torque [N m] accelerate it within the limits of computation.
     pub(super) fn check_forces(&mut self, force: Vec3, torque: Vec3) -> Result<(), DefError> {
         let body = self.body();
         let (linear, angular) = (force * (1.0 / body.mass), body.turn_by(torque));
@@ -493,7 +497,7 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Locks axes [world]; velocity along them is taken out.
+    /// Locks axes [world]. Velocity along and about locked axes becomes 0.
     pub fn set_locks(&mut self, locks: AxisLocks) {
         let body = self.body();
         let old = core::mem::replace(&mut body.locks, locks);
@@ -510,7 +514,7 @@ impl<'w> BodyMut<'w> {
         self.wake();
     }
 
-    /// Whether it may fall asleep; wakes it if not.
+    /// Sets whether it may fall asleep. `false` wakes it.
     pub fn set_can_sleep(&mut self, can_sleep: bool) {
         self.body().can_sleep = can_sleep;
         if !can_sleep {

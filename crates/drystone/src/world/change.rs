@@ -1,4 +1,4 @@
-//! What a body is, changed while it lives: its kind, its mass, whether it takes part, whether it sleeps.
+//! Changes of a living body: its kind, its mass, whether it is enabled, whether it sleeps.
 
 use super::World;
 use super::body::BodyMut;
@@ -17,15 +17,19 @@ use crate::step::broadphase::may_meet;
 use crate::step::sleep::{freeze, split_island};
 
 impl BodyMut<'_> {
-    /// Makes it a body of another kind. It stays where it is, with its shapes, contacts and joints, and wakes with what
-    /// touches it or hangs on it. What becomes static loses its velocity; others go on with theirs.
+    /// Changes the kind of the body. The body keeps its pose, shapes, contacts and joints. It wakes
+    /// together with its neighbors: bodies and particles that touch it or are joined to it. A body
+    /// that becomes static loses its velocity; other bodies keep theirs.
     ///
-    /// A body that becomes dynamic has the mass of [`super::BodyRef::mass_def`]. Contacts end where neither body is dynamic.
-    /// Joints between such bodies are idle until one is dynamic; so are the bonds and the [`crate::breakage::Fracture`] of what is not.
+    /// A body that becomes dynamic has the mass of [`super::BodyRef::mass_def`]. Contacts end where
+    /// neither body is dynamic. Joints between two bodies that are not dynamic are idle until one
+    /// becomes dynamic. Bonds and [`crate::breakage::Fracture`] are idle while their body is not
+    /// dynamic.
     ///
     /// # Errors
-    /// A shape that such a body cannot have: a half-space not on a static one, a mesh on a dynamic one. Of what becomes
-    /// dynamic, a mass or energy of motion that is out of range. Then nothing is changed.
+    /// A shape does not suit the new kind: a half-space needs a static body, a mesh a static or
+    /// kinematic one. For a body that becomes dynamic: its mass or kinetic energy is out of range.
+    /// Then nothing is changed.
     pub fn set_kind(&mut self, kind: BodyKind) -> Result<(), DefError> {
         let (row, body) = (self.row, self.world.tables.bodies.at(self.row));
         if kind == body.kind {
@@ -46,18 +50,20 @@ impl BodyMut<'_> {
         Ok(())
     }
 
-    /// Gives it another mass, and wakes it. Its shapes stay where they are. Every point of it keeps its velocity, wherever the
-    /// center of mass comes to. What is not dynamic has this mass as soon as it is.
+    /// Sets the mass of the body and wakes it. The shapes stay in place. Each point of the body
+    /// keeps its velocity, even if the center of mass moves. A body that is not dynamic has this
+    /// mass once it becomes dynamic.
     ///
     /// # Errors
-    /// A number is out of range, or what its shapes come to is; a mass given in full for a body that breaks; velocities or
-    /// lasting forces that are out of range with that mass. Then nothing is changed.
+    /// A number, or the mass computed from the shapes, is out of range; an exact mass is given for
+    /// a body that breaks; the velocities or lasting forces are out of range with that mass. Then
+    /// nothing is changed.
     pub fn set_mass(&mut self, mass: MassDef) -> Result<(), DefError> {
         mass.validate()?;
         let row = self.row;
         let breaks = self.world.tables.breakage.breaks(row);
         if breaks && matches!(mass, MassDef::Exact { .. }) {
-            let allowed = "a mass from shapes, or their total, for a body that breaks";
+            let allowed = "computed from the shapes, or their total, for a body that breaks";
             return Err(DefError::unsuitable("mass", "given in full", allowed));
         }
         let mut made = None;
@@ -83,7 +89,7 @@ impl BodyMut<'_> {
         Ok(())
     }
 
-    /// Checks that it may move as it does, and be pushed as it is, with another mass.
+    /// Checks that the body's velocities and lasting forces are in range with another mass.
     fn check_mass(&mut self, mass: &MassProperties) -> Result<(), DefError> {
         let (moments, principal) = principal_moments(mass);
         check_mass(mass.mass, moments)?;
@@ -98,11 +104,12 @@ impl BodyMut<'_> {
         checked
     }
 
-    /// Takes it out of the world (false), or puts it back (true).
+    /// Takes the body out of the world (false), or puts it back (true).
     ///
-    /// What is out keeps its id, pose, velocities, shapes and joints, and all of them can be changed. It does not move and touches
-    /// nothing. No query finds it, no sum has a part of it, and its joints and attachments are idle. Its touches end,
-    /// and what it touched or held wakes. It goes on as it was when it is put back.
+    /// A disabled body keeps its id, pose, velocities, shapes and joints, and all of them can be
+    /// changed. It does not move, touches nothing, and is invisible to queries. It is left out of
+    /// all sums, and its joints and attachments are idle. Its contacts end, and its neighbors wake.
+    /// When it is enabled again, it continues in the state that it had.
     pub fn set_enabled(&mut self, enabled: bool) {
         if enabled != self.body().disabled {
             return;
@@ -120,9 +127,9 @@ impl BodyMut<'_> {
             if !is_idle {
                 self.wake();
             }
-            // What hangs on it, particles too.
+            // Wakes everything that is joined to it, including particles.
             self.wake_neighbors();
-            // Being put back awake is no event.
+            // A body that is put back awake causes no wake event.
             self.world.pending.wake.retain(|body| *body != id);
             return;
         }
@@ -132,14 +139,14 @@ impl BodyMut<'_> {
         if !self.body().out {
             self.world.sets().take_out(row);
             self.world.take_out(row);
-            // Particles that rest on it look again.
+            // Particles at rest on it check their contacts again.
             self.world.tables.bounds.fixed_changes += 1;
         }
     }
 
-    /// Puts it to sleep now, wherever it is and however fast it moves. All dynamic bodies sleep with it that it is connected with
-    /// by touches and joints. They stop, and sleep until something wakes them, even those that were told not to sleep. No
-    /// effect on what is not dynamic.
+    /// Puts the body to sleep now, at any place and any speed. All dynamic bodies connected with it
+    /// by contacts and joints sleep too. They stop, and sleep until something wakes them, including
+    /// bodies with `can_sleep` false. No effect on bodies that are not dynamic.
     pub fn sleep(&mut self) {
         let row = self.row;
         let body = self.body();
@@ -160,14 +167,15 @@ impl BodyMut<'_> {
         let Tables { islands, bodies, .. } = &mut self.world.tables;
         let members = islands.members(bodies.at(row).island, bodies);
         for row in &members {
-            // Then what it is in already wakes it as little as what is added asleep.
+            // A body with still time 0 is not woken by existing contacts, like a body that is added
+            // asleep.
             bodies.at_mut(*row).still_time = 0.0;
         }
         self.world.sets().rest(&members);
         self.world.tables.islands.give_back(members);
     }
 
-    /// Sets the speed below which it is slow [m/s]; `None`: the world's.
+    /// Sets the speed below which the body counts as slow [m/s]; `None`: the world's default.
     ///
     /// # Errors
     /// The speed is below 0 or not finite; then nothing is changed.
@@ -179,13 +187,14 @@ impl BodyMut<'_> {
         Ok(())
     }
 
-    /// Corrects its state by what a server says: pose of its origin [m, world], linear and angular velocity [m/s, rad/s,
-    /// world]. Where all numbers are those that it has, nothing is changed and nothing wakes. True if something was
-    /// changed. Of a static body only the pose is taken.
+    /// Corrects the state of the body, for example to that of a server: pose of the origin [m,
+    /// world], linear and angular velocity [m/s, rad/s, world]. If all numbers equal the current
+    /// ones, nothing is changed and nothing wakes. Returns true if something was changed. For a
+    /// static body only the pose is used.
     ///
     /// # Errors
-    /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
-    /// changed.
+    /// A number is not finite or too large, or the rotation is not a unit quaternion. Then nothing
+    /// is changed.
     pub fn correct_state(
         &mut self,
         pose: Pose,
@@ -197,8 +206,8 @@ impl BodyMut<'_> {
         unit("rotation", pose.rotation)?;
         velocity("linear_velocity", linear)?;
         velocity("angular_velocity", angular)?;
-        // A rotation that a step left is taken as it is: one made unit again can differ in its last bits, and so would in
-        // each correction that says the same.
+        // A rotation that a step computed is stored unchanged. Normalizing it again could change
+        // its last bits, and then each correction with the same numbers would count as a change.
         let square: f32 = pose.rotation.to_array().iter().map(|x| x * x).sum();
         let exact = (square - 1.0).abs() < 1.0e-6;
         let rotation = if exact { pose.rotation } else { pose.rotation.normalized() };
@@ -222,7 +231,7 @@ impl BodyMut<'_> {
 }
 
 impl World {
-    /// Makes a body one of another kind, of this mass if it becomes dynamic.
+    /// Changes the kind of a body; `mass` is its mass if it becomes dynamic.
     fn change_kind(&mut self, row: u32, kind: BodyKind, mass: Option<&MassProperties>) {
         let ctx = self.context();
         let was_fixed = self.tables.bodies.at(row).kind == BodyKind::Static;
@@ -261,15 +270,17 @@ impl World {
         }
     }
 
-    /// Ends the contacts of a body that may not meet any longer, waking what it touched.
+    /// Ends the contacts of a body that its kind, filter or joints no longer allow, and wakes the
+    /// touched bodies.
     pub(super) fn end_forbidden(&mut self, row: u32) {
         self.end_contacts_where(row, |Tables { bodies, shapes, joints, .. }, c| {
             !may_meet(bodies, joints, shapes.at(c.shape_a), shapes.at(c.shape_b))
         });
     }
 
-    /// Ends the overlaps with static bodies that other shapes see once the body is static, or no longer is. It must still be of its
-    /// old kind: that tells which exits to report. A sensor that goes on seeing it reports an enter with the next step.
+    /// Ends the sensor overlaps whose visibility depends on whether the body is static. Call it
+    /// while the body still has its old kind, which determines the exits to report. A sensor that
+    /// still detects the body reports an enter event in the next step.
     fn end_seen_otherwise(&mut self, row: u32) {
         self.end_contacts_where(row, |Tables { bodies, shapes, .. }, c| {
             let other = if c.body_a == row { c.body_b } else { c.body_a };
@@ -279,7 +290,8 @@ impl World {
         });
     }
 
-    /// What acts on no dynamic body any longer forgets its impulses; couplings stand between bodies of which one moves.
+    /// Clears the impulses of joints that no longer act on a dynamic body. Updates couplings, which
+    /// act between bodies of which at least one is dynamic.
     fn follow_kind_of(&mut self, row: u32) {
         let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
         for joint in joints {

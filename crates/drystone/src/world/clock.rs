@@ -1,4 +1,4 @@
-//! Fixed steps under frames of any length, and poses between two steps.
+//! Fixed steps for frames of any length, and interpolated poses.
 
 use crate::base::id::BodyId;
 use crate::base::limits;
@@ -8,19 +8,20 @@ use crate::state::def::{DefError, within};
 
 use super::World;
 
-/// Two poses of a body: before its last step, and after it.
+/// The poses of a body before and after its last step.
 #[derive(Clone, Copy, Debug)]
 struct Track {
     body: BodyId,
-    /// Number of the step.
+    /// Number of that step.
     step: u64,
     poses: [Pose; 2],
 }
 
-/// Steps a world at a fixed rate while frames come at another, and says where bodies are between two steps. A world that is
-/// stepped so gives the same bits on every machine, however fast that draws.
+/// Steps a world at a fixed rate while frames have another rate, and interpolates poses between the
+/// last two steps. The world gives the same bits on every machine, at any frame rate.
 ///
-/// A picture is behind the world by up to one step, since it shows what lies between the last two.
+/// The drawn poses lag behind the world by up to one step, because they lie between the last two
+/// steps.
 ///
 /// ```
 /// use drystone::{BodyDef, Clock, ShapeDef, World};
@@ -44,14 +45,14 @@ pub struct Clock {
     step: f32,
     scale: f32,
     most_steps: u32,
-    /// Time that no step has taken up [s].
+    /// Time not yet simulated [s].
     left: f32,
-    /// By slots.
+    /// Tracks by body slots.
     tracks: Vec<Option<Track>>,
 }
 
 impl Clock {
-    /// A clock of steps of this length [s].
+    /// A clock with steps of this length [s], 1e-6 to 10.
     ///
     /// # Errors
     /// The length is not from 1e-6 to 10 s.
@@ -66,21 +67,23 @@ impl Clock {
         self.step
     }
 
-    /// Lets the world's time pass so many times as fast as that of frames; 0 stops it, numbers below 0 and those that are not
-    /// finite count as 0. Slow motion has longer waits between steps of the same length, so nothing else changes.
+    /// Sets the speed of the world's time relative to frame time; default 1. 0 stops it; a value
+    /// that is negative or not finite counts as 0. Slow motion changes the time between steps, not
+    /// their length, so results stay the same.
     pub fn set_scale(&mut self, scale: f32) {
         self.scale = if scale.is_finite() { scale.max(0.0) } else { 0.0 };
     }
 
-    /// Takes at most so many steps in a frame, at least 1; default 8. After a frame that is longer than that the world is late
-    /// and stays so: a program that cannot step as fast as time goes would else fall behind for ever.
+    /// Sets the maximum number of steps per frame, at least 1; default 8. After a longer frame the
+    /// world stays behind. Otherwise a program that steps more slowly than real time would fall
+    /// behind without limit.
     pub fn set_most_steps(&mut self, steps: u32) {
         self.most_steps = steps.max(1);
     }
 
-    /// Steps the world by the time of a frame [s], in whole steps; what is left counts for the next frame. `before` is called
-    /// before each step: forces that act for a step are given there. Gives the number of steps. A time that is not finite or
-    /// below 0 counts as 0.
+    /// Advances the world by the time of a frame [s], in whole steps. The remainder counts for the
+    /// next frame. `before` is called before each step; apply forces for one step there. Returns
+    /// the number of steps. A time that is negative or not finite counts as 0.
     pub fn advance(
         &mut self,
         world: &mut World,
@@ -102,7 +105,7 @@ impl Clock {
         steps
     }
 
-    /// Takes one step, and notes where bodies were.
+    /// Takes one step, and stores the poses of the moved bodies before and after it.
     fn follow(&mut self, world: &mut World) {
         for body in world.moved_bodies() {
             self.note(body.id(), world.step_count(), body.pose());
@@ -114,13 +117,13 @@ impl Clock {
             let known = self.tracks.get_mut(slot).and_then(Option::as_mut);
             match known.filter(|track| track.body == body.id() && track.step + 1 == now) {
                 Some(track) => (track.step, track.poses[1]) = (now, body.pose()),
-                // It woke in this step: where it slept is known to nobody.
+                // It woke in this step, so its pose before the step was not stored.
                 None => self.note(body.id(), now, body.pose()),
             }
         }
     }
 
-    /// The body is here, and was.
+    /// Stores the pose of a body as both the current and the previous one.
     fn note(&mut self, body: BodyId, step: u64, pose: Pose) {
         let slot = body.index() as usize;
         if self.tracks.len() <= slot {
@@ -129,13 +132,13 @@ impl Clock {
         self.tracks[slot] = Some(Track { body, step, poses: [pose; 2] });
     }
 
-    /// The slots of bodies that the last step moved, and which stand where it left them.
+    /// The slots of bodies that the last step moved and that are still at that pose.
     pub(super) fn known<'a>(&'a self, world: &'a World) -> impl Iterator<Item = usize> + 'a {
         let tracks = self.tracks.iter().enumerate();
         tracks.filter_map(|(slot, track)| last_way(world, track.as_ref()?).map(|_| slot))
     }
 
-    /// The poses of the body of a slot are told from another origin [m], as it is by now.
+    /// Shifts the stored poses of a slot to another origin [m]; the body has been shifted already.
     pub(super) fn shift(&mut self, world: &World, slot: usize, origin: Vec3) {
         let track = self.tracks.get_mut(slot).and_then(Option::as_mut);
         if let Some(track) = track
@@ -146,14 +149,15 @@ impl Clock {
         }
     }
 
-    /// The part of a step that has passed since the last one, 0 to 1.
+    /// Fraction of a step that has passed since the last one, 0 to 1.
     #[must_use]
     pub fn part(&self) -> f32 {
         (self.left / self.step).clamp(0.0, 1.0)
     }
 
-    /// Where a body is to be drawn [world]: between its poses before and after the last step. Of a body that was put elsewhere
-    /// since, or that did not move, its pose. `None` if there is no such body.
+    /// The pose at which to draw a body [world], interpolated between the poses before and after
+    /// the last step. For a body that did not move, or was moved by a call since, it is the current
+    /// pose. `None` if there is no such body.
     #[must_use]
     pub fn pose(&self, world: &World, body: BodyId) -> Option<Pose> {
         let now = world.body(body)?.pose();
@@ -163,7 +167,7 @@ impl Clock {
     }
 }
 
-/// The two poses of a track, if they are those of the world's last step.
+/// The two poses of a track, if they belong to the world's last step.
 fn last_way(world: &World, track: &Track) -> Option<[Pose; 2]> {
     let now = world.body(track.body)?.pose();
     let is_last = track.step == world.step_count() && track.poses[1] == now;

@@ -1,22 +1,23 @@
-//! Copies of a world: what a game that goes back in time keeps of each step.
+//! Copies of a world, for example one per step in a game with rollback.
 
 use std::sync::Arc;
 
 use super::World;
 
 impl Clone for World {
-    /// A world that goes on with the same bits. It has memory of its own, and shares with the first one hulls, meshes and the
-    /// executor.
+    /// A copy that continues with the same bits. It has its own memory, and shares hulls, meshes
+    /// and the executor with the original.
     fn clone(&self) -> Self {
         let mut copy = Self::default();
         copy.clone_from(self);
         copy
     }
 
-    /// Makes this world a copy of another one in the memory that it has: nothing is allocated if it was as large before. That
-    /// is the fast way to keep a state and to go back to it: see `examples/rollback.rs`.
+    /// Makes this world a copy of another one and reuses its memory. If this world was as large
+    /// before, nothing is allocated. Use it to save and restore states fast: see
+    /// `examples/rollback.rs`.
     ///
-    /// What steps need only while they run is not copied, so each of the two worlds keeps what it has of that.
+    /// Memory that is used only within a step is not copied; each world keeps its own.
     fn clone_from(&mut self, from: &Self) {
         if !Arc::ptr_eq(&self.jobs, &from.jobs) {
             self.jobs = Arc::clone(&from.jobs);
@@ -27,7 +28,7 @@ impl Clone for World {
 }
 
 impl World {
-    /// Becomes a copy of another world but for what does its steps.
+    /// Copies another world's state, but not its executor and SIMD level.
     pub(super) fn copy_state(&mut self, from: &Self) {
         let Self { tables, scratch, last_h, pending, books, .. } = from;
         self.tables.clone_from(tables);

@@ -1,8 +1,9 @@
-//! What a snapshot has that an earlier one has not: for replays on disk, and for whoever comes late.
+//! Differences between two snapshots, for replays on disk and for clients that join late.
 //!
-//! A delta is a list of pieces, each some new bytes and then a run that is copied from the base. Bytes that changed where
-//! they stand leave the place in the base in step with that in the snapshot, so a body that moved costs what changed of
-//! its numbers; where rows came or went, hashes of the base's blocks tell where it goes on.
+//! A delta is a list of pieces: some new bytes, then a run that is copied from the base. Bytes that
+//! change in place keep the positions in base and snapshot in step, so a body that moved costs only
+//! its changed numbers. Where rows were added or removed, hashes of the base's blocks find the
+//! position where the run continues.
 
 use super::snapshot::{checksum, split};
 
@@ -10,36 +11,37 @@ use super::snapshot::{checksum, split};
 const MAGIC: [u8; 8] = *b"drydelta";
 const VERSION: u32 = 1;
 
-/// Hashed parts of the base begin at multiples of this, and are twice as long. [bytes]
+/// Hashed parts of the base begin at multiples of this, and are twice as long [bytes].
 const BLOCK: usize = 8;
-/// A run in step with the base is taken from this length on: to name it takes 3 bytes or so. Shorter than two blocks it may
-/// be zeros that are everywhere, so a longer one elsewhere goes before it.
+/// Minimum length of a run in step with the base; encoding it takes about 3 bytes. A run shorter
+/// than two blocks may consist of zeros, which occur everywhere, so a longer run elsewhere takes
+/// precedence.
 const LEAST: usize = 6;
-/// A snapshot that is this many times as long as base and delta together is none of ours: a few bytes of a stranger cannot
-/// ask for all memory.
+/// Maximum ratio of a snapshot's length to that of base and delta together. It keeps a few forged
+/// bytes from requesting all memory.
 const MOST: usize = 16;
 
-/// Why bytes are no delta of a base.
+/// Reason why bytes are not a delta of a base.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DeltaError {
     /// They are not a delta.
     NotADelta,
-    /// They are a delta of another version of the layout: theirs, and the one that is read.
+    /// They are a delta of an unsupported version of the layout.
     Version {
-        /// Theirs.
+        /// Version of the delta.
         found: u32,
-        /// The one that is read.
+        /// Supported version.
         read: u32,
     },
-    /// They are of another base: the hash of the one they name, and that of the one given.
+    /// They belong to another base.
     WrongBase {
-        /// The hash that they name.
+        /// Hash of the base that the delta names.
         named: u64,
-        /// That of the base given.
+        /// Hash of the given base.
         given: u64,
     },
-    /// They were cut off or changed since they were written.
+    /// They were truncated or changed after they were written.
     Damaged,
 }
 
@@ -48,7 +50,7 @@ impl core::fmt::Display for DeltaError {
         match self {
             Self::NotADelta => write!(f, "this is no delta of a snapshot"),
             Self::Version { found, read } => {
-                write!(f, "the delta has version {found}, allowed is version {read}")
+                write!(f, "the delta must have version {read} (got {found})")
             }
             Self::WrongBase { named, given } => {
                 write!(f, "the delta is of the base {named:016x}, not of {given:016x}")
@@ -60,8 +62,9 @@ impl core::fmt::Display for DeltaError {
 
 impl core::error::Error for DeltaError {}
 
-/// Writes what `snapshot` has that `base` has not into `delta`, whose bytes it replaces. The two are snapshots of one world,
-/// or any other bytes. Where little moved since the base the delta is small; it names its base by a hash.
+/// Writes the difference of `snapshot` from `base` into `delta`, and replaces its content. The two
+/// are snapshots of one world, or any other bytes. If little moved since the base, the delta is
+/// small. It identifies its base by a hash.
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -91,7 +94,7 @@ pub fn write_delta(base: &[u8], snapshot: &[u8], delta: &mut Vec<u8>) {
         delta.extend_from_slice(&word.to_le_bytes());
     }
     let blocks = Blocks::of(base);
-    // What is not written yet begins at `new`; the last run ended at `place` in the base.
+    // Bytes not yet written begin at `new`; the last run ended at `place` in the base.
     let (mut new, mut place) = (0, 0);
     let mut at = 0;
     while at < snapshot.len() {
@@ -101,7 +104,7 @@ pub fn write_delta(base: &[u8], snapshot: &[u8], delta: &mut Vec<u8>) {
         let (from, run) = if run >= 2 * BLOCK || (ends && run > 0) {
             (in_step, run)
         } else if let Some(from) = blocks.find(base, &snapshot[at..]) {
-            // It began before, where no block does.
+            // The run began before this block.
             let last = snapshot[new..at].iter().rev().zip(base[..from].iter().rev());
             let back = last.take_while(|(a, b)| a == b).count();
             at -= back;
@@ -121,10 +124,10 @@ pub fn write_delta(base: &[u8], snapshot: &[u8], delta: &mut Vec<u8>) {
     }
 }
 
-/// Makes the snapshot of a delta and the base it was written for, and puts it into `snapshot`, whose bytes it replaces.
+/// Restores the snapshot from a delta and its base into `snapshot`, and replaces its content.
 ///
 /// # Errors
-/// Why the bytes are no delta of this base; then `snapshot` is empty.
+/// Reason why the bytes are not a delta of this base; then `snapshot` is empty.
 pub fn apply_delta(
     base: &[u8],
     mut delta: &[u8],
@@ -151,7 +154,7 @@ pub fn apply_delta(
     made.ok_or(DeltaError::Damaged)
 }
 
-/// Puts all pieces together; `None` if they do not come to `len` bytes.
+/// Joins all pieces; `None` if their total length is not `len` bytes.
 fn join(base: &[u8], mut pieces: &[u8], len: u64, snapshot: &mut Vec<u8>) -> Option<()> {
     let len = usize::try_from(len).ok()?;
     let most = (base.len() + pieces.len()).saturating_mul(MOST);
@@ -165,7 +168,7 @@ fn join(base: &[u8], mut pieces: &[u8], len: u64, snapshot: &mut Vec<u8>) -> Opt
         let (bytes, rest) = pieces.split_at_checked(usize::try_from(new).ok()?)?;
         snapshot.extend_from_slice(bytes);
         pieces = rest;
-        // As it was folded by `put`: even forward, odd back.
+        // Inverse of the folding in `put`: even is forward, odd is backward.
         let (by, back) = (usize::try_from(jump >> 1).ok()?, jump & 1 == 1);
         place = place.checked_add(bytes.len())?;
         place = if back { place.checked_sub(by)? } else { place.checked_add(by)? };
@@ -180,8 +183,8 @@ fn join(base: &[u8], mut pieces: &[u8], len: u64, snapshot: &mut Vec<u8>) -> Opt
     (snapshot.len() == len).then_some(())
 }
 
-/// Adds a piece: new bytes, and the run of the base that follows. `in_step`: where the run would be if those bytes only
-/// changed.
+/// Adds a piece: new bytes, and the run of the base that follows. `in_step`: position of the run if
+/// those bytes had only changed in place.
 fn put(delta: &mut Vec<u8>, new: &[u8], (from, run): (usize, usize), in_step: usize) {
     let jump = if run == 0 {
         0
@@ -207,7 +210,7 @@ const fn low_byte(number: usize) -> u8 {
     byte
 }
 
-/// Reads a number, seven bits a byte, the lowest first.
+/// Reads a number, seven bits per byte, lowest first.
 fn take(bytes: &mut &[u8]) -> Option<u64> {
     let mut number = 0;
     for shift in (0..63).step_by(7) {
@@ -220,16 +223,16 @@ fn take(bytes: &mut &[u8]) -> Option<u64> {
     None
 }
 
-/// How many first bytes are the same.
+/// Length of the common prefix.
 fn common(a: &[u8], b: &[u8]) -> usize {
     let whole = a.as_chunks::<BLOCK>().0.iter().zip(b.as_chunks::<BLOCK>().0);
     let n = BLOCK * whole.take_while(|(a, b)| a == b).count();
     n + a[n..].iter().zip(&b[n..]).take_while(|(a, b)| a == b).count()
 }
 
-/// Where parts of the base stand, by their hashes.
+/// Positions of blocks of the base, by their hashes.
 struct Blocks {
-    /// Number of the block + 1; 0: none. Of blocks with one hash the first.
+    /// Block index + 1; 0: none. Of several blocks with one hash, the first is stored.
     first: Vec<u32>,
 }
 
@@ -248,7 +251,8 @@ impl Blocks {
         Self { first }
     }
 
-    /// Of the first two blocks, unless all their bytes are the same: zeros are everywhere.
+    /// Hash of the first two blocks; `None` if all their bytes are equal, because runs of zeros
+    /// occur everywhere.
     fn hash(bytes: &[u8]) -> Option<usize> {
         let (a, b) = bytes.first_chunk::<{ 2 * BLOCK }>()?.split_at(BLOCK);
         let [a, b] = [a, b].map(|half| half.iter().rev().fold(0, |h, x| (h << 8) | u64::from(*x)));
@@ -259,7 +263,7 @@ impl Blocks {
         usize::try_from(mixed >> 33).ok()
     }
 
-    /// Where the base has the first two blocks of `bytes`.
+    /// Position in the base of the first two blocks of `bytes`.
     fn find(&self, base: &[u8], bytes: &[u8]) -> Option<usize> {
         let place = Self::hash(bytes)? & (self.first.len() - 1);
         let from = BLOCK * (self.first[place].checked_sub(1)? as usize);
@@ -296,7 +300,7 @@ mod tests {
             let n = below(&mut random, 3000);
             let base = bytes(&mut random, n);
             assert!(delta(&base, &base).len() <= header + 5);
-            // Other numbers where they stand, rows that came, rows that went, a part elsewhere.
+            // Changes: numbers changed in place, rows added, rows removed, a part moved.
             let (mut other, mut new) = (base.clone(), 0);
             for _ in 0..below(&mut random, 4) {
                 let (at, n) = (below(&mut random, other.len()), below(&mut random, 40));
@@ -316,7 +320,8 @@ mod tests {
                 }
             }
             let delta = delta(&base, &other);
-            // Each change costs its bytes, and at its two ends what hides in a block and the names of runs.
+            // Each change costs its bytes and, at both ends, the rest of a block and the encoding
+            // of runs.
             assert!(delta.len() <= header + new + 4 * 64, "{case}: {} of {new}", delta.len());
         }
         let (a, b) = (bytes(&mut random, 2000), bytes(&mut random, 900));
@@ -353,7 +358,7 @@ mod tests {
                 let at = 12 + below(&mut random, whole.len() - 12);
                 damaged[at] = random.next().to_le_bytes()[3];
             }
-            // Bytes that still come to the same are no damage.
+            // Damage that gives the same result is harmless.
             assert!(apply(&base, &damaged).map_or(true, |made| made == other));
         }
     }

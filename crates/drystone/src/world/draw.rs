@@ -1,4 +1,5 @@
-//! Lines and points that show a world: shapes, contacts, joints, boxes. For hosts with a renderer of their own.
+//! Lines and points that show a world: shapes, contacts, joints, boxes. For hosts with their own
+//! renderer.
 
 mod limits;
 mod outline;
@@ -14,12 +15,12 @@ use crate::state::def::{BodyKind, JointKind};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
 
-/// What a world is drawn with: see [`World::debug_draw`].
+/// Receiver of debug lines and points: see [`World::debug_draw`].
 pub trait DebugDraw {
-    /// A line between two points [m, world].
+    /// Draws a line between two points [m, world].
     fn line(&mut self, a: Vec3, b: Vec3, color: DebugColor);
 
-    /// A point [m, world].
+    /// Draws a point [m, world].
     fn point(&mut self, at: Vec3, color: DebugColor);
 }
 
@@ -29,9 +30,9 @@ pub trait DebugDraw {
 pub struct DebugColor {
     /// Red, 0 to 255.
     pub red: u8,
-    /// Green.
+    /// Green, 0 to 255.
     pub green: u8,
-    /// Blue.
+    /// Blue, 0 to 255.
     pub blue: u8,
 }
 
@@ -55,7 +56,7 @@ impl DebugColor {
         Self { red, green, blue }
     }
 
-    /// One for each number, light and dark ones in turn.
+    /// A color for each number, from a hash.
     #[expect(clippy::cast_possible_truncation, reason = "three bytes of a hash")]
     const fn of(number: u32) -> Self {
         let mixed = (number ^ 0x9e37).wrapping_mul(0x9e37_79b1);
@@ -67,17 +68,18 @@ impl DebugColor {
     }
 }
 
-/// What the color of a shape's outline tells.
+/// Meaning of the color of a shape's outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DebugTint {
-    /// Whether its body is static, kinematic, awake or asleep, and whether it is a sensor.
+    /// The state of the body: static, kinematic, awake or asleep; and whether the shape is a
+    /// sensor.
     #[default]
     Kind,
-    /// The island of its body: what touches or is joined has one color.
+    /// The island of the body. Bodies that touch or are joined have one color.
     Island,
 }
 
-/// What of a world is drawn: see [`World::debug_draw`].
+/// Parts of a world to draw: see [`World::debug_draw`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "switches that do not depend on each other")]
 pub struct DebugDrawOptions {
@@ -85,24 +87,27 @@ pub struct DebugDrawOptions {
     pub shapes: bool,
     /// Axes of bodies, at their centers of mass: red, green and blue. Default false.
     pub axes: bool,
-    /// Points of contacts, their normals, longer where they carry more, and friction in the same measure. Default true.
+    /// Contact points, and their normal and friction impulses as lines whose length grows with the
+    /// impulse. Default true.
     pub contacts: bool,
-    /// Joints: from the center of mass of each body to its anchor, and how far the anchors are apart. Default true.
+    /// Joints: lines from each center of mass to its anchor and between the anchors. Default true.
     pub joints: bool,
-    /// Limits of joints: arcs for turns, bars for ways, the rim of a cone, and where the joint is. Default true.
+    /// Limits of joints: arcs for rotations, bars for translations, the rim of a cone, and the
+    /// current coordinates. Default true.
     pub limits: bool,
-    /// Boxes around shapes, as the trees have them. Default false.
+    /// Boxes of the shapes as stored in the trees. Default false.
     pub bounds: bool,
-    /// Where each center of mass will be in a tenth of a second. Default false.
+    /// Predicted center of mass in a tenth of a second. Default false.
     pub velocities: bool,
     /// Particles and their links. Default true.
     pub particles: bool,
-    /// What the color of an outline tells.
+    /// Meaning of the outline color. Default [`DebugTint::Kind`].
     pub tint: DebugTint,
-    /// Length of axes and of the longest normals, radius of the largest arcs [m]; default 0.2. It counts times
-    /// [`WorldConfig::length_scale`](crate::WorldConfig::length_scale). What is not finite or below 0 counts as 0.
+    /// Length of axes and of the longest normals, and maximum radius of arcs [m]; default 0.2. It
+    /// is multiplied by [`WorldConfig::length_scale`](crate::WorldConfig::length_scale). A value
+    /// that is negative or not finite counts as 0.
     pub size: f32,
-    /// Draws only what is of shapes and particles in this box [m, world]; default `None`: everything.
+    /// Draws only shapes and particles in this box [m, world]; default `None`: everything.
     pub region: Option<Aabb>,
 }
 
@@ -121,7 +126,7 @@ impl Default for DebugDrawOptions {
 }
 
 impl DebugDrawOptions {
-    /// Nothing yet.
+    /// Options that draw nothing.
     pub const NOTHING: Self = Self {
         shapes: false,
         axes: false,
@@ -138,8 +143,9 @@ impl DebugDrawOptions {
 }
 
 impl World {
-    /// Draws the world as lines and points, as it is now. Nothing is kept or allocated; a world that is not drawn pays nothing.
-    /// Things come in the order of their tables, the same for any number of threads.
+    /// Draws the current state of the world as lines and points. It stores and allocates nothing,
+    /// and costs nothing unless it is called. Objects are drawn in the order of their tables, the
+    /// same for any number of threads.
     ///
     /// ```
     /// use drystone::{BodyDef, ShapeDef, Vec3, World};
@@ -188,12 +194,12 @@ impl World {
     }
 }
 
-/// What draws.
+/// State of one drawing.
 struct Pen<'a> {
     to: &'a mut dyn DebugDraw,
     tables: &'a Tables,
     options: &'a DebugDrawOptions,
-    /// [m]
+    /// Size of marks [m].
     size: f32,
 }
 

@@ -1,6 +1,7 @@
-//! What was put aside because its state became non-finite, or disabled, is out of the world whole: it touches nothing, no
-//! joint, link or attachment of it acts, and no sum has a part of it. What is faulted comes back when it gets a pose or a
-//! velocity, what is disabled when it is enabled.
+//! Bodies and particles that are disabled, or put aside because their state became non-finite, are
+//! fully out of the world. They touch nothing, their joints, links and attachments do not act, and
+//! they are left out of sums. A faulted one comes back when it gets a pose or a velocity, a
+//! disabled one when it is enabled.
 
 use super::World;
 use crate::base::math::Vec3;
@@ -8,7 +9,8 @@ use crate::state::bodies::Fineness;
 use crate::state::events::{Fault, FaultKind};
 
 impl World {
-    /// Takes the bodies that the last step put aside out of the world. What touched them or hung on them wakes.
+    /// Takes the bodies that the last step put aside out of the world, and wakes bodies that
+    /// touched them or were joined to them.
     pub(super) fn take_out_faulted(&mut self) {
         let is_bad = |fault: &&Fault| fault.kind == FaultKind::NotFinite;
         if !self.tables.events.faults.iter().any(|fault| is_bad(&fault)) {
@@ -20,7 +22,8 @@ impl World {
         for row in bodies {
             self.take_out(row);
         }
-        // A joint of bodies that stayed may have become non-finite with what it is solved with.
+        // A joint of bodies that stayed may have become non-finite together with the joints solved
+        // with it.
         for joint in self.tables.joints.rows.values_mut().iter_mut().flatten() {
             if !joint.is_finite() {
                 joint.forget();
@@ -28,7 +31,7 @@ impl World {
         }
     }
 
-    /// Takes all out of the world that a body is part of, when it is not awake any more.
+    /// Removes the contacts, joints and boxes of a body, which is no longer awake, from the world.
     pub(super) fn take_out(&mut self, row: u32) {
         self.end_contacts_of(row, None);
         let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
@@ -49,8 +52,8 @@ impl World {
         }
     }
 
-    /// Takes a joint that acts no longer out of the colors, with its couplings and without what they had of impulses; its bodies
-    /// wake.
+    /// Takes a joint that no longer acts out of the colors, with its couplings. Clears their
+    /// impulses and wakes its bodies.
     pub(super) fn take_out_joint(&mut self, row: u32) {
         let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
         let id = self.tables.joints.rows.id_at(row);
@@ -64,7 +67,7 @@ impl World {
         self.wake_bodies_of(row);
     }
 
-    /// Brings a body back that was put aside: it got a pose or a velocity.
+    /// Brings back a body that was put aside and got a pose or a velocity.
     pub(super) fn bring_back(&mut self, row: u32) {
         let body = self.tables.bodies.at_mut(row);
         if core::mem::replace(&mut body.faulted, false) && !body.disabled {
@@ -72,7 +75,7 @@ impl World {
         }
     }
 
-    /// Puts a body that is out back into the world, with its shapes and joints.
+    /// Puts a body that was out back into the world, with its shapes and joints.
     pub(super) fn put_in(&mut self, row: u32) {
         self.tables.bodies.at_mut(row).out = false;
         for i in 0..self.tables.bodies.at(row).shapes.len() {

@@ -1,4 +1,5 @@
-//! Hashes of what is in a world: equal where two runs are equal, and where they are not they tell what differs.
+//! Hashes of the state of a world. Equal runs give equal hashes, and different hashes locate a
+//! difference.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -9,7 +10,7 @@ use crate::state::bodies::Body;
 use crate::state::joints::Link;
 use crate::step::Stage;
 
-/// Feeds pose and velocity.
+/// Adds pose and velocity to the hash.
 pub(super) fn feed_state(hash: &mut StateHash, body: &Body) {
     hash.vector(body.center);
     hash.floats(&body.rotation.to_array());
@@ -41,12 +42,12 @@ pub(super) fn feed_state(hash: &mut StateHash, body: &Body) {
 pub struct StageHashes(Vec<u64>);
 
 impl StageHashes {
-    /// The stages in their order, with their hashes.
+    /// The stages in order, with their hashes.
     pub fn iter(&self) -> impl Iterator<Item = (Stage, u64)> {
         Stage::ALL.iter().copied().zip(self.0.iter().copied())
     }
 
-    /// Another hash of this stage.
+    /// Changes the hash of this stage.
     #[cfg(test)]
     pub(super) fn change(&mut self, stage: Stage) {
         if let Some(place) = Stage::ALL.iter().position(|s| *s == stage) {
@@ -54,13 +55,13 @@ impl StageHashes {
         }
     }
 
-    /// The first stage that left something else in the tables than that of `other` did.
+    /// The first stage whose results in the tables differ from those in `other`.
     #[must_use]
     pub fn first_difference(&self, other: &Self) -> Option<Stage> {
         let pairs = || self.iter().zip(other.iter());
         let differs = |of: Stage| pairs().any(|(a, b)| a.0 == of && a.1 != b.1);
         let first = pairs().find(|(a, b)| a.1 != b.1).map(|(a, _)| a.0);
-        // Bodies that fall asleep leave the colors: then nothing else differs.
+        // Bodies that fall asleep leave the colors; in that case nothing else differs.
         let moved = [Stage::Particles, Stage::Solver, Stage::Finalize].into_iter().any(differs);
         if first == Some(Stage::Partition) && differs(Stage::Sleep) && !moved {
             return Some(Stage::Sleep);
@@ -70,7 +71,8 @@ impl StageHashes {
 }
 
 impl World {
-    /// 64 bits over the bits of pose and velocity of every body in slot order, then of every particle.
+    /// A 64-bit hash of the bits of pose and velocity of every body in slot order, then of every
+    /// particle.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         let mut hash = StateHash::default();
@@ -82,11 +84,12 @@ impl World {
         hash.finish()
     }
 
-    /// A hash for each stage of the last step of what it left in the tables, in the order of [`Stage::ALL`]: two runs
-    /// that went apart did so in the first stage whose hashes differ. A stage is named by what it alone writes: pairs
-    /// of shapes, manifolds, colors, particles, impulses, poses (of two stages, [`Stage::Finalize`] and
-    /// [`Stage::Sweep`]), events, and who sleeps. Since bodies that fall asleep leave the colors, a difference in
-    /// [`Stage::Partition`] and [`Stage::Sleep`] alone is one of sleep.
+    /// A hash for each stage of the last step, in the order of [`Stage::ALL`], of the data that the
+    /// stage left in the tables. Two runs first diverged in the first stage whose hashes differ.
+    /// Each hash covers data that only its stage writes: pairs of shapes, manifolds, colors,
+    /// particles, impulses, poses, events, and sleep states. Poses are written by two stages,
+    /// [`Stage::Finalize`] and [`Stage::Sweep`]. Bodies that fall asleep leave the colors, so a
+    /// difference in only [`Stage::Partition`] and [`Stage::Sleep`] is one of sleep.
     #[must_use]
     pub fn stage_hashes(&self) -> StageHashes {
         let of = |stage: &Stage| {

@@ -1,28 +1,28 @@
-//! One collision by itself: what two bodies do that meet at one point. No world is needed for it.
+//! A single collision of two bodies at one point. It needs no world.
 
 use crate::base::collision::{ImpactKind, collide, mobility};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::def::DefError;
 
-/// One of two bodies that collide.
+/// One of the two colliding bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactBody {
-    /// Mass [kg]; 0: it cannot be pushed.
+    /// Mass [kg]; 0: immovable.
     pub mass: f32,
-    /// Inertia about the center of mass [kg m², world]: that of the body's frame has to be turned with the
-    /// body, `R I Rᵀ` ([`Sym3::rotated_diagonal`]). Zero: it cannot be turned.
+    /// Inertia about the center of mass [kg m², world]. An inertia in the body's frame must be
+    /// rotated with the body, `R I Rᵀ` ([`Sym3::rotated_diagonal`]). Zero: the body cannot rotate.
     pub inertia: Sym3,
     /// Velocity of the center of mass [m/s, world].
     pub linear_velocity: Vec3,
     /// Angular velocity [rad/s, world].
     pub angular_velocity: Vec3,
-    /// From the center of mass to the point of contact [m, world].
+    /// Vector from the center of mass to the contact point [m, world].
     pub arm: Vec3,
 }
 
 impl ImpactBody {
-    /// What cannot be pushed and does not move.
+    /// An immovable body at rest.
     pub const FIXED: Self = Self {
         mass: 0.0,
         inertia: Sym3::ZERO,
@@ -31,7 +31,7 @@ impl ImpactBody {
         arm: Vec3::ZERO,
     };
 
-    /// Velocity of its point of contact [m/s, world].
+    /// Velocity of its contact point [m/s, world].
     #[must_use]
     pub fn point_velocity(&self) -> Vec3 {
         self.linear_velocity + self.angular_velocity.cross(self.arm)
@@ -57,7 +57,7 @@ impl ImpactBody {
         if self.inertia == Sym3::ZERO || self.mass == 0.0 {
             return Ok((Vec3::splat(inv_mass), Sym3::ZERO));
         }
-        let allowed = "zero, or a finite positive definite matrix";
+        let allowed = "zero or a finite positive definite matrix";
         let positive = self.inertia.is_finite() && self.inertia.eigen().0.min_element() > 0.0;
         match self.inertia.inverse() {
             Some(inverse) if positive && inverse.is_finite() => {
@@ -68,62 +68,66 @@ impl ImpactBody {
     }
 }
 
-/// How the surfaces of two bodies meet.
+/// Surface properties of a collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactSurface {
-    /// From A to B [world]; any length but zero.
+    /// Normal from A to B [world]; any length but zero.
     pub normal: Vec3,
-    /// Speed after over speed before, along the normal; 0 to 1.
+    /// Ratio of the normal speed after to the normal speed before, 0 to 1.
     pub restitution: f32,
-    /// Friction that holds; at least 0.
+    /// Coefficient of static friction; at least 0.
     pub static_friction: f32,
-    /// Friction of what slides; at least 0, at most `static_friction`.
+    /// Coefficient of kinetic friction; 0 to `static_friction`.
     pub kinetic_friction: f32,
 }
 
-/// What a collision does.
+/// The result of a collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
-    /// Impulse on B [N s, world]; A gets the opposite.
+    /// Impulse on B [N s, world]; A gets the opposite one.
     pub impulse: Vec3,
-    /// Whether the surfaces stuck or slid.
+    /// Whether the surfaces stick or slide.
     pub kind: ImpactKind,
-    /// Velocity of A's center of mass after it [m/s, world].
+    /// Velocity of A's center of mass after the collision [m/s, world].
     pub linear_velocity_a: Vec3,
-    /// Angular velocity of A after it [rad/s, world].
+    /// Angular velocity of A after the collision [rad/s, world].
     pub angular_velocity_a: Vec3,
-    /// Velocity of B's center of mass after it [m/s, world].
+    /// Velocity of B's center of mass after the collision [m/s, world].
     pub linear_velocity_b: Vec3,
-    /// Angular velocity of B after it [rad/s, world].
+    /// Angular velocity of B after the collision [rad/s, world].
     pub angular_velocity_b: Vec3,
-    /// Change of kinetic energy [J]; never above 0 but for rounding.
+    /// Change of kinetic energy [J]; at most 0, apart from rounding.
     pub work: f32,
 }
 
 /// The collision of two bodies at one point: an instantaneous impulse with restitution (Newton) and
-/// friction (Coulomb), exact where the surfaces stick, and where they slide without turning the direction
-/// of the slide.
+/// friction (Coulomb). It is exact if the surfaces stick, or if they slide without a change of the
+/// sliding direction.
 ///
-/// The textbook formulas, as a survey of impulse methods printed them ("Realtime Rigid Body Simulation
-/// Using Impulses", 2006, section 3.1), what is wrong with them, and what stands here instead. n points
-/// from 1 (A) to 2 (B), `u = v_2 + ω_2 × r_2 - v_1 - ω_1 × r_1`:
+/// The table compares textbook formulas with the formulas used here, and gives the errors of the
+/// former. The textbook formulas are those of a survey of impulse methods ("Realtime Rigid Body
+/// Simulation Using Impulses", 2006, section 3.1). n points from 1 (A) to 2 (B), `u = v_2 + ω_2 ×
+/// r_2 - v_1 - ω_1 × r_1`:
 ///
 /// | printed | wrong because | here |
 /// |---|---|---|
-/// | `v_1 += j/m_1`, `v_2 -= j/m_2` with `j_n = -(1+ε)(u·n)/k_n` clamped to at least 0 | an approach has `u·n < 0`, so `j_n > 0` drives body 1 into body 2; with n turned round approaching bodies get nothing | `v_2 += j/m_2`, `v_1 -= j/m_1` |
-/// | `j_t = -(u·t)(ε+1)/k_n` | the effective mass of the normal; `k_t` is defined and not used | `1/k_t`; where both act at once, the matrix K below |
-/// | the factor `ε+1` in `j_t` | friction would turn the slide round by ε | no restitution along the surface |
-/// | `t = ((n × u) × n)/‖u‖` | no unit vector unless u lies in the surface: friction is too small by up to the square of the sine of the angle of u to n | `t = u_t/‖u_t‖`, `u_t = u - (u·n) n`; none for `u_t = 0` |
-/// | `ω_1 += (r_1 × j) I_1⁻¹` | a row times a matrix, of which frame is not said | `ω += R I⁻¹ Rᵀ (r × j)` |
-/// | `k_n` with `I⁻¹(r × n) × r` | can be read two ways | `1/m_1 + 1/m_2 + Σ (r × n)·I⁻¹(r × n)` |
-/// | normal, then tangent, each by itself | they are coupled by rotation | both at once with `K = Σ 1/m - [r]× I⁻¹ [r]×`, `u' = u + K j` |
-/// | one μ | what holds and what slides differ | static and kinetic friction |
-/// | (nothing) | Newton's ε with friction can make energy (Kane) | j is scaled so that `j·u + ½ j·K j ≤ 0` |
+/// | `v_1 += j/m_1`, `v_2 -= j/m_2` with `j_n = -(1+ε)(u·n)/k_n` clamped to at least 0 | an approach has `u·n < 0`, so `j_n > 0` drives body 1 into body 2; with n reversed, approaching bodies get no impulse | `v_2 += j/m_2`, `v_1 -= j/m_1` |
+/// | `j_t = -(u·t)(ε+1)/k_n` | uses the effective mass of the normal; `k_t` is defined and not used | `1/k_t`; where both act at once, the matrix K below |
+/// | the factor `ε+1` in `j_t` | friction would reverse the slide by ε | no restitution along the surface |
+/// | `t = ((n × u) × n)/‖u‖` | not a unit vector unless u lies in the surface: friction is too small by up to the square of the sine of the angle of u to n | `t = u_t/‖u_t‖`, `u_t = u - (u·n) n`; none for `u_t = 0` |
+/// | `ω_1 += (r_1 × j) I_1⁻¹` | a row times a matrix in an unspecified frame | `ω += R I⁻¹ Rᵀ (r × j)` |
+/// | `k_n` with `I⁻¹(r × n) × r` | ambiguous | `1/m_1 + 1/m_2 + Σ (r × n)·I⁻¹(r × n)` |
+/// | normal and tangent one after the other | rotation couples them | both at once with `K = Σ 1/m - [r]× I⁻¹ [r]×`, `u' = u + K j` |
+/// | one μ | sticking and sliding friction differ | static and kinetic friction |
+/// | (nothing) | Newton's ε with friction can add energy (Kane) | j is scaled so that `j·u + ½ j·K j ≤ 0` |
 ///
-/// The steps: 1. *stick*: `j = K⁻¹(-ε u_n n - u)`; done if it lies in the cone `‖j_t‖ ≤ μ_s j_n`. 2. *slide*:
-/// `j = j_n (n - μ_k T)`, `T = u_t/‖u_t‖`, `j_n = -(1+ε) u_n / (n·K(n - μ_k T))`; friction stops a slide and does
-/// not turn it round; where the denominator is not positive (Painlevé's rod) the sticking impulse is
-/// brought back to the cone. 3. the guard on energy.
+/// The steps:
+///
+/// 1. *Stick*: `j = K⁻¹(-ε u_n n - u)`; the result if it lies in the cone `‖j_t‖ ≤ μ_s j_n`.
+/// 2. *Slide*: `j = j_n (n - μ_k T)`, `T = u_t/‖u_t‖`, `j_n = -(1+ε) u_n / (n·K(n - μ_k T))`.
+///    Friction stops a slide and does not reverse it. If the denominator is not positive
+///    (Painlevé's rod), the sticking impulse is projected onto the cone.
+/// 3. *Energy*: the impulse is scaled down if it would add energy.
 ///
 /// ```
 /// use drystone::{Vec3, vec3};
@@ -151,18 +155,22 @@ pub fn impact(a: &ImpactBody, b: &ImpactBody, surface: &ImpactSurface) -> Result
     let (inv_mass_b, inv_inertia_b) = b.check("b")?;
     let Some(n) = surface.normal.try_normalize() else {
         let value = format!("{:?}", surface.normal);
-        return Err(DefError::new("normal", value, "a finite vector that is not zero"));
+        return Err(DefError::new("normal", value, "a finite vector other than zero"));
     };
     let e = surface.restitution;
     if !(0.0..=1.0).contains(&e) {
-        return Err(DefError::new("restitution", e, "0 to 1"));
+        return Err(DefError::new("restitution", e, "a number from 0 to 1"));
     }
     let (mu_s, mu_k) = (surface.static_friction, surface.kinetic_friction);
     if !(mu_s >= 0.0 && mu_s.is_finite()) {
         return Err(DefError::new("static_friction", mu_s, "a finite number of at least 0"));
     }
     if !(0.0..=mu_s).contains(&mu_k) {
-        return Err(DefError::new("kinetic_friction", mu_k, "0 to the static friction"));
+        return Err(DefError::new(
+            "kinetic_friction",
+            mu_k,
+            "a number from 0 to the static friction",
+        ));
     }
     let u = b.point_velocity() - a.point_velocity();
     let k = mobility(inv_mass_a, &inv_inertia_a, a.arm).plus(mobility(
@@ -176,7 +184,7 @@ pub fn impact(a: &ImpactBody, b: &ImpactBody, surface: &ImpactSurface) -> Result
         return Err(DefError::new(
             "a, b",
             "too large or too small",
-            "numbers whose impulse is finite",
+            "such that the impulse is finite",
         ));
     }
     Ok(Impact {
@@ -205,11 +213,11 @@ mod tests {
         }
     }
 
-    /// A uniform rod of 1 kg and 1 m, `tilt` as sine and cosine of its angle to the ground, that meets the
-    /// ground with its lower end.
+    /// A uniform rod of 1 kg and 1 m whose lower end meets the ground. `tilt`: sine and cosine of
+    /// its angle to the ground.
     fn rod((sine, cosine): (f32, f32), velocity: Vec3) -> ImpactBody {
         let axis = vec3(cosine, sine, 0.0);
-        // I = m/12 (1 - a aᵀ), and a little about the axis itself.
+        // I = m/12 (1 - a aᵀ), plus a small moment about the axis itself.
         let i = 1.0 / 12.0;
         let inertia = Sym3 {
             xx: i * (1.0 - axis.x * axis.x) + 1.0e-4,
@@ -271,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_ball_that_slides_over_the_ground_sticks_exactly_above_the_critical_friction() {
-        // Of a solid ball: K_t = 7/2 /m, K_n = 1/m, so it sticks if v_t ≤ 7/2 μ (1 + e) v_n.
+        // For a solid ball K_t = 7/2 /m and K_n = 1/m, so it sticks if v_t ≤ 7/2 μ (1 + e) v_n.
         let (e, v_n) = (0.5, 2.0);
         let ball = |v_t: f32| ImpactBody {
             mass: 1.0,
@@ -285,7 +293,7 @@ mod tests {
         let slow = check_laws(&ImpactBody::FIXED, &ball(0.999 * limit), &surface(e, mu));
         let fast = check_laws(&ImpactBody::FIXED, &ball(1.001 * limit), &surface(e, mu));
         assert_eq!((slow.kind, fast.kind), (ImpactKind::Stick, ImpactKind::Slide));
-        // What sticks rolls: v + ω × r = 0 along the surface; 5/7 of the speed is left.
+        // A sticking ball rolls: v + ω × r = 0 along the surface; 5/7 of the speed is left.
         assert!((slow.linear_velocity_b.x - 5.0 / 7.0 * 0.999 * limit).abs() < 1e-5);
         assert!((fast.linear_velocity_b.x - (1.001 * limit - mu * (1.0 + e) * v_n)).abs() < 1e-5);
         assert!((slow.linear_velocity_b.y - e * v_n).abs() < 1e-5);
@@ -293,7 +301,7 @@ mod tests {
 
     #[test]
     fn no_oblique_impact_of_a_rod_adds_energy_not_even_kanes() {
-        // Angles by their half tangents, so that no trigonometry is needed.
+        // Half-angle tangents avoid trigonometry.
         for half in [0.1_f32, 0.3, 0.6, 0.9, 1.3, 2.0, 3.0] {
             let tilt =
                 (2.0 * half / (1.0 + half * half), (1.0 - half * half) / (1.0 + half * half));
@@ -317,7 +325,7 @@ mod tests {
         };
         let (a, b, s) = (side(1.0), side(-1.0), surface(0.0, 0.0));
         let approach = |v_a: f32, v_b: f32| v_a - v_b;
-        // As printed: j_n = -(1 + e) u_n / k_n, v_1 + j/m_1, v_2 - j/m_2.
+        // The printed formula: j_n = -(1 + e) u_n / k_n, v_1 + j/m_1, v_2 - j/m_2.
         let u_n = -2.0;
         let j = -(1.0 + s.restitution) * u_n / 2.0;
         assert!(approach(1.0 + j, -1.0 - j) > approach(1.0, -1.0));

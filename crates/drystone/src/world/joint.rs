@@ -1,4 +1,4 @@
-//! A joint as the user sees it.
+//! Public access to a joint.
 
 use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
@@ -12,7 +12,7 @@ use crate::state::tables::Tables;
 use super::World;
 use super::joint_axis::AxisRef;
 
-/// A joint, to read: what it is, where it is, and what it bears. [`AxisRef`] has the numbers of one axis.
+/// A joint, read-only: its kind, place and loads. [`AxisRef`] gives the values of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct JointRef<'w> {
     pub(super) tables: &'w Tables,
@@ -34,7 +34,7 @@ impl<'w> JointRef<'w> {
         self.id
     }
 
-    /// What it does.
+    /// Its kind and settings.
     #[must_use]
     pub fn kind(&self) -> JointKind {
         self.joint.link.kind()
@@ -52,21 +52,21 @@ impl<'w> JointRef<'w> {
         self.tables.bodies.id(self.joint.body_b)
     }
 
-    /// Where its anchor on the first body is [m, world].
+    /// Its anchor on the first body [m, world].
     #[must_use]
     pub fn anchor_a(&self) -> Vec3 {
         let body = self.tables.bodies.at(self.joint.body_a);
         body.center + body.rotation.rotate(self.joint.anchor_a)
     }
 
-    /// Where its anchor on the second body is [m, world].
+    /// Its anchor on the second body [m, world].
     #[must_use]
     pub fn anchor_b(&self) -> Vec3 {
         let body = self.tables.bodies.at(self.joint.body_b);
         body.center + body.rotation.rotate(self.joint.anchor_b)
     }
 
-    /// Its anchors [m, each in the frame of its body's origin]; of a coupling without meaning.
+    /// Its anchors [m, each in the frame of its body's origin]; meaningless for a coupling.
     #[must_use]
     pub fn local_anchors(&self) -> [Vec3; 2] {
         let center = |row: u32| self.tables.bodies.at(row).local_center;
@@ -80,13 +80,14 @@ impl<'w> JointRef<'w> {
         self.joint.collide_connected
     }
 
-    /// False if it was switched off: see [`super::JointMut::set_enabled`].
+    /// False if it is disabled: see [`super::JointMut::set_enabled`].
     #[must_use]
     pub fn is_enabled(&self) -> bool {
         self.joint.is_on()
     }
 
-    /// True if it acts on nothing now: it is disabled, one of its bodies is out of the world, or none is dynamic.
+    /// True if it acts on nothing now: it is disabled, one of its bodies is out of the world, or
+    /// none is dynamic.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.joint.is_idle(&self.tables.bodies)
@@ -98,23 +99,25 @@ impl<'w> JointRef<'w> {
         self.joint.user_data
     }
 
-    /// What it can bear; `None`: anything.
+    /// The load at which it breaks; `None`: it never breaks.
     #[must_use]
     pub const fn strength(&self) -> Option<JointStrength> {
         self.joint.strength
     }
 
-    /// How far it is worn out, 0 (new) to 1, where it breaks.
+    /// Accumulated fatigue damage, 0 (new) to 1 (breaks).
     #[must_use]
     pub const fn damage(&self) -> f32 {
         self.joint.damage
     }
 
-    /// Force of the joint on its second body, in the last substep [N, world]; the first one gets the
-    /// opposite, but of a pulley, the tension toward its own point. It acts at the second anchor. Zero before the first step.
+    /// Force of the joint on its second body in the last substep [N, world]. It acts at the second
+    /// anchor. The first body gets the opposite force, except for a pulley, where the tension pulls
+    /// it toward its own point. Zero before the first step.
     ///
-    /// Of the weight of a body with a damping of c [1/s] the part c × substep is not in it: damping lasts a whole substep and
-    /// takes from what gravity adds, and the joint acts after it.
+    /// For a body with a damping of c [1/s], the fraction c × substep of its weight is missing from
+    /// this force. Damping acts over a whole substep and reduces the velocity that gravity adds,
+    /// and the joint acts afterwards.
     #[must_use]
     pub fn force(&self) -> Vec3 {
         let impulse = match &self.joint.link {
@@ -134,8 +137,8 @@ impl<'w> JointRef<'w> {
         self.per_time(impulse)
     }
 
-    /// Torque of the joint on its second body about the second anchor, in the last substep [N m, world];
-    /// the first one gets the opposite. Zero for balls and distances.
+    /// Torque of the joint on its second body about the second anchor, in the last substep [N m,
+    /// world]. The first body gets the opposite. Zero for ball and distance joints.
     #[must_use]
     pub fn torque(&self) -> Vec3 {
         match &self.joint.link {
@@ -148,8 +151,8 @@ impl<'w> JointRef<'w> {
         if self.h > 0.0 { (impulse * (1.0 / self.h)).bounded() } else { Vec3::ZERO }
     }
 
-    /// Tension of a rope, a rod, a spring or a pulley in the last substep [N]; below 0 where it is pushed. `None` for
-    /// other joints.
+    /// Tension of a rope, a rod, a spring or a pulley in the last substep [N]; negative under
+    /// compression. `None` for other joints.
     #[must_use]
     pub fn tension(&self) -> Option<f32> {
         let p = self.joint.impulse;
@@ -161,29 +164,30 @@ impl<'w> JointRef<'w> {
         Some(-self.per_time(Vec3::X * push).x)
     }
 
-    /// Force of a coupling along the coordinate that follows, in the last substep [N; N m]; the one that is
-    /// followed gets -ratio times as much. `None` for other joints.
+    /// Force of a coupling along the driven coordinate, in the last substep [N; N m]. The driving
+    /// coordinate gets -ratio times this force. `None` for other joints.
     #[must_use]
     pub fn coupling_force(&self) -> Option<f32> {
         let Link::Coupling(coupling) = &self.joint.link else { return None };
         Some(if self.h > 0.0 { bounded(coupling.impulse / self.h) } else { 0.0 })
     }
 
-    /// Of a coupling, how far the coordinate that follows is from where it should be: a length [m] and an angle
-    /// [rad], one of them 0.
+    /// Deviation of the driven coordinate of a coupling from its target: a length [m] and an angle
+    /// [rad], one of them 0. `None` for other joints.
     fn coupling_error(&self) -> Option<[f32; 2]> {
         let Link::Coupling(coupling) = &self.joint.link else { return None };
         let error = coupling.error(&self.tables.joints, &self.tables.bodies).abs();
         Some(if coupling.def.axis_b.is_turn() { [0.0, error] } else { [error, 0.0] })
     }
 
-    /// One of its axes; `None` if it is no joint of six axes.
+    /// One of its axes; `None` if it is not a joint of six axes.
     #[must_use]
     pub fn axis(&self, axis: Axis) -> Option<AxisRef<'w>> {
         AxisRef::new(*self, axis)
     }
 
-    /// The one turn that it leaves free: of a hinge, a cylinder, a wheel that is not steered. `None` if it has none, or several.
+    /// The one free rotation axis of a hinge, a cylinder or a wheel without steering. `None` if it
+    /// has none or several.
     #[must_use]
     pub fn hinge(&self) -> Option<AxisRef<'w>> {
         let mut turns = self.free_axes().filter(|axis| axis.is_turn());
@@ -191,7 +195,8 @@ impl<'w> JointRef<'w> {
         if turns.next().is_some() { None } else { self.axis(only) }
     }
 
-    /// The one motion that it leaves free: of a slider, a cylinder, a wheel's spring. `None` if it has none, or several.
+    /// The one free translation axis of a slider, a cylinder or a wheel with a spring. `None` if it
+    /// has none or several.
     #[must_use]
     pub fn slider(&self) -> Option<AxisRef<'w>> {
         let mut motions = self.free_axes().filter(|axis| !axis.is_turn());
@@ -199,26 +204,27 @@ impl<'w> JointRef<'w> {
         if motions.next().is_some() { None } else { self.axis(only) }
     }
 
-    /// How far the one free turn of a hinge has turned [rad], full turns counted: [`Self::hinge`].
+    /// Angle of the one free rotation of a hinge [rad], with full turns counted: see
+    /// [`Self::hinge`].
     #[must_use]
     pub fn angle(&self) -> Option<f32> {
         self.hinge().map(|turn| turn.position())
     }
 
-    /// How far its anchors are apart [m]: the length of a rope, a spring or a rod.
+    /// Distance of its anchors [m]: the length of a rope, a spring or a rod.
     #[must_use]
     pub fn length(&self) -> f32 {
         (self.anchor_b() - self.anchor_a()).length()
     }
 
-    /// The axis that it leaves free, if it is one alone.
+    /// The free axis, if there is exactly one.
     pub(super) fn only_axis(&self) -> Option<Axis> {
         let mut axes = self.free_axes();
         let only = axes.next()?;
         axes.next().is_none().then_some(only)
     }
 
-    /// Axes of a joint of six that are not locked.
+    /// The axes of a joint of six axes that are not locked.
     fn free_axes(&self) -> impl Iterator<Item = Axis> {
         let six = if let Link::Six(six) = &self.joint.link { Some(&six.def) } else { None };
         let is_free =
@@ -226,8 +232,8 @@ impl<'w> JointRef<'w> {
         Axis::ALL.iter().copied().filter(is_free)
     }
 
-    /// A definition that makes such a joint again, between the same bodies at the same places of them. `None` of a coupling,
-    /// which [`Self::kind`] tells.
+    /// A definition that creates the same joint between the same bodies at the same anchors. `None`
+    /// for a coupling, whose definition [`Self::kind`] gives.
     #[must_use]
     pub fn to_def(&self) -> Option<JointDef> {
         if let Link::Coupling(_) = self.joint.link {
@@ -245,8 +251,9 @@ impl<'w> JointRef<'w> {
         })
     }
 
-    /// Where the second frame is in the first one of a joint of six axes: along x, y, z [m, frame of the
-    /// joint on the first body] and about them [rad], as [`SixDof`] says. `None` for other joints.
+    /// Coordinates of a joint of six axes, as defined by [`SixDof`]: those of the second frame in
+    /// the first, along x, y, z [m, frame of the joint on the first body] and about them [rad].
+    /// `None` for other joints.
     #[must_use]
     pub fn coordinates(&self) -> Option<[Vec3; 2]> {
         let Link::Six(six) = &self.joint.link else { return None };
@@ -262,9 +269,13 @@ impl<'w> JointRef<'w> {
         Some([gap, Vec3::from(angles)])
     }
 
-    /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance, the excess
-    /// over what the motions of a joint of six axes allow, how far a coupled slider is from its place, how much
-    /// longer a pulley's way is than its rope.
+    /// Constraint error [m], depending on the kind of joint:
+    ///
+    /// * ball joint: the gap of the anchors
+    /// * distance: the excess over its limits
+    /// * six axes: the excess over the limits of the linear axes
+    /// * coupling: the deviation of a coupled slider from its target
+    /// * pulley: the excess of the path over the rope
     #[must_use]
     pub fn error(&self) -> f32 {
         if let Some([length, _]) = self.coupling_error() {
@@ -273,8 +284,8 @@ impl<'w> JointRef<'w> {
         self.joint.error(&self.tables.bodies)
     }
 
-    /// How far the turns of a joint of six axes are from what they are allowed, or a coupled hinge from its angle
-    /// [rad]; 0 for other joints.
+    /// Angular constraint error [rad]: the excess over the limits of the angular axes of a joint of
+    /// six axes, or the deviation of a coupled hinge from its target angle. 0 for other joints.
     #[must_use]
     pub fn angular_error(&self) -> f32 {
         if let Some([_, angle]) = self.coupling_error() {
@@ -285,16 +296,22 @@ impl<'w> JointRef<'w> {
 }
 
 impl World {
-    /// The same joint with its anchors and axes told in the frames of its bodies, as they lie now: what
-    /// [`Self::add_joint`] makes of points and axes of the world.
+    /// The same joint with its anchors and axes in the frames of its bodies, at their current
+    /// poses. [`Self::add_joint`] converts world points and axes in this way.
     ///
     /// # Errors
-    /// A field is out of range, or a body is not of this world.
+    /// A field is out of range, or a body is not a body of this world.
     pub fn place_joint(&self, def: JointDef) -> Result<JointDef, DefError> {
         def.validate()?;
         let find = |name: &str, id: BodyId| {
             let body = self.body(id);
-            body.ok_or_else(|| DefError::missing(name, id.index(), "a body of this world"))
+            body.ok_or_else(|| {
+                DefError::missing(
+                    name,
+                    format_args!("BodyId {}", id.index()),
+                    "a body of this world",
+                )
+            })
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
         let mut placed = JointDef { world_anchors: false, world_axes: None, ..def };

@@ -1,4 +1,4 @@
-//! One axis of a joint of six axes, as the user sees it.
+//! Public access to one axis of a joint of six axes.
 
 use super::joint::JointRef;
 use super::joint_mut::JointMut;
@@ -10,10 +10,12 @@ use crate::state::joints::Link;
 use crate::state::six::{Six, Turns};
 use crate::state::sixdof::{JointAxis, JointDrive, JointMotion, JointSpring};
 
-/// One axis of a joint of six axes, to read: a hinge's turn, a slider's way, the spring of a wheel.
+/// One axis of a joint of six axes, read-only: a hinge's rotation, a slider's translation, the
+/// spring of a wheel.
 ///
-/// Coordinates, speeds and forces are those of the second body against the first, along the axis or by the right hand about
-/// it. A hinge whose axis points to you has a positive speed if its second body turns counterclockwise against the first.
+/// Coordinates, speeds and forces are those of the second body relative to the first, along the
+/// axis or about it by the right-hand rule. If a hinge axis points to you, a positive speed turns
+/// the second body counterclockwise relative to the first.
 ///
 /// ```
 /// use drystone::joint::Hinge;
@@ -48,7 +50,7 @@ impl<'w> AxisRef<'w> {
         Some(Self { joint, six, axis })
     }
 
-    /// Which axis it is.
+    /// The name of the axis.
     #[must_use]
     pub const fn axis(&self) -> Axis {
         self.axis
@@ -60,8 +62,9 @@ impl<'w> AxisRef<'w> {
         self.six.def.axis(self.axis)
     }
 
-    /// Coordinate of the second frame in the first one [m; rad]. The angle of a joint with one free turn counts full turns
-    /// while the world steps; the angles of joints with more free turns are within ±π.
+    /// Coordinate of the second frame in the first one [m; rad]. The angle of a joint with one free
+    /// rotation counts full turns while the world steps. Angles of joints with more free rotations
+    /// are within ±π.
     #[must_use]
     pub fn position(&self) -> f32 {
         let (i, bodies) = (self.axis.index(), &self.joint.tables.bodies);
@@ -74,8 +77,8 @@ impl<'w> AxisRef<'w> {
         x
     }
 
-    /// Rate of its position [m/s; rad/s]. For the swings of a joint with three free turns it is the relative angular velocity
-    /// about the axis of the first frame.
+    /// Rate of its position [m/s; rad/s]. For a swing of a joint with three free rotations it is
+    /// the relative angular velocity about the axis of the first frame.
     #[must_use]
     pub fn speed(&self) -> f32 {
         let bodies = &self.joint.tables.bodies;
@@ -83,7 +86,7 @@ impl<'w> AxisRef<'w> {
         let speed = if self.axis.is_turn() {
             self.direction().dot(b.w - a.w)
         } else {
-            // The axis turns with the first body, whose point is where the second anchor is.
+            // The axis turns with the first body, whose relevant point is at the second anchor.
             let at = self.joint.anchor_b();
             let v = b.velocity_at(at - b.center) - a.velocity_at(at - a.center);
             self.direction().dot(v)
@@ -91,8 +94,9 @@ impl<'w> AxisRef<'w> {
         bounded(speed)
     }
 
-    /// Its direction [world]: motions are along it, turns about it. It has unit length, except for the twist of a joint that
-    /// is swung: there its product with the relative angular velocity is the rate of the twist.
+    /// Its direction [world]: translations are along it, rotations about it. It has unit length,
+    /// except for the twist of a joint with a swing. There its dot product with the relative
+    /// angular velocity is the rate of the twist.
     #[must_use]
     pub fn direction(&self) -> Vec3 {
         let i = self.axis.index();
@@ -108,27 +112,29 @@ impl<'w> AxisRef<'w> {
         }
     }
 
-    /// Least and greatest position [m; rad]; `None` where it is free. Both are 0 where it is locked.
+    /// Minimum and maximum position [m; rad]; `None` where it is free. Both are 0 where it is
+    /// locked.
     #[must_use]
     pub const fn limits(&self) -> Option<(f32, f32)> {
         self.def().limits()
     }
 
-    /// The motor, servo or spring that drives it; `None` if nothing does.
+    /// The motor, servo or spring that drives it; `None` if it has none.
     #[must_use]
     pub const fn drive(&self) -> Option<JointDrive> {
         self.def().drive
     }
 
-    /// Force on the second body along it, or torque about it, by all that the joint does there in the last substep: what
-    /// holds it, limits, drive and friction [N; N m].
+    /// Total force on the second body along it, or torque about it, in the last substep [N; N m]:
+    /// lock, limits, drive and friction together.
     #[must_use]
     pub fn force(&self) -> f32 {
         let on_b = if self.axis.is_turn() { self.joint.torque() } else { self.joint.force() };
         bounded(on_b.dot(self.direction().normalize_or(Vec3::ZERO)))
     }
 
-    /// The part of [`Self::force`] that its drive gave [N; N m]: what a motor needs. 0 where it is locked or not driven.
+    /// The part of [`Self::force`] that its drive supplied [N; N m]: the load of a motor. 0 where
+    /// it is locked or has no drive.
     #[must_use]
     pub fn drive_force(&self) -> f32 {
         let (def, i) = (self.def(), self.axis.index());
@@ -152,7 +158,7 @@ impl<'w> AxisRef<'w> {
     }
 }
 
-/// One axis of a joint of six axes, to change. An error leaves everything as it was.
+/// One axis of a joint of six axes, for changes. After an error everything is unchanged.
 ///
 /// ```
 /// # use drystone::{Axis, JointId, World};
@@ -170,42 +176,43 @@ pub struct AxisMut<'j, 'w> {
 }
 
 impl AxisMut<'_, '_> {
-    /// The axis, to read.
+    /// The axis, read-only.
     #[must_use]
     pub fn get(&self) -> AxisRef<'_> {
         self.joint.get().axis(self.axis).expect("made of joints of six axes only")
     }
 
-    /// Changes all of it.
+    /// Replaces all settings of the axis.
     ///
     /// # Errors
-    /// A field is out of range; an axis that becomes locked while a coupling names it; a swing of a joint with a cone, of
-    /// which both change at once ([`JointMut::set_axes`]).
+    /// A field is out of range; the axis would become locked while a coupling refers to it; the
+    /// axis is a swing of a joint with a cone. Both swings of a cone change together
+    /// ([`JointMut::set_axes`]).
     pub fn set(&mut self, axis: JointAxis) -> Result<(), DefError> {
         let six = self.joint.six()?.with_axis(self.axis, axis);
         self.joint.put_six(six)
     }
 
-    /// Changes how far it lets the bodies move. Its drive and friction stay.
+    /// Sets its motion: free, locked or limited. Its drive and friction stay unchanged.
     ///
     /// # Errors
-    /// As [`Self::set`].
+    /// The same errors as those of [`Self::set`].
     pub fn set_motion(&mut self, motion: JointMotion) -> Result<(), DefError> {
         self.set(JointAxis { motion, ..*self.get().def() })
     }
 
-    /// Sets two hard stops [m; rad].
+    /// Sets minimum and maximum as hard stops [m; rad].
     ///
     /// # Errors
-    /// As [`Self::set`].
+    /// The same errors as those of [`Self::set`].
     pub fn set_limits(&mut self, min: f32, max: f32) -> Result<(), DefError> {
         self.set_motion(JointMotion::Limited { min, max, spring: None })
     }
 
-    /// Changes what drives it; nothing on a locked axis.
+    /// Sets or removes its drive. No effect on a locked axis.
     ///
     /// # Errors
-    /// As [`Self::set`].
+    /// The same errors as those of [`Self::set`].
     pub fn set_drive(&mut self, drive: Option<JointDrive>) -> Result<(), DefError> {
         self.set(JointAxis { drive, ..*self.get().def() })
     }
@@ -225,31 +232,31 @@ impl AxisMut<'_, '_> {
         self.set_drive(Some(JointDrive::servo(position, spring, max_force)))
     }
 
-    /// Sets the greatest force of dry friction along it [N; N m].
+    /// Sets the maximum force of dry friction along it [N; N m].
     ///
     /// # Errors
-    /// As [`Self::set`].
+    /// The same errors as those of [`Self::set`].
     pub fn set_friction(&mut self, friction: f32) -> Result<(), DefError> {
         self.set(JointAxis { friction, ..*self.get().def() })
     }
 }
 
 impl<'w> JointMut<'w> {
-    /// One of its axes, to change; `None` if it is no joint of six axes.
+    /// One of its axes, for changes; `None` if it is not a joint of six axes.
     #[must_use]
     pub fn axis(&mut self, axis: Axis) -> Option<AxisMut<'_, 'w>> {
         self.six().ok()?;
         Some(AxisMut { joint: self, axis })
     }
 
-    /// The one turn that it leaves free, as of a hinge, a cylinder or a wheel, to change.
+    /// The one free rotation axis, as of a hinge, a cylinder or a wheel, for changes.
     #[must_use]
     pub fn hinge(&mut self) -> Option<AxisMut<'_, 'w>> {
         let axis = self.get().hinge()?.axis();
         self.axis(axis)
     }
 
-    /// The one motion that it leaves free, as of a slider, a cylinder or a wheel, to change.
+    /// The one free translation axis, as of a slider, a cylinder or a wheel, for changes.
     #[must_use]
     pub fn slider(&mut self) -> Option<AxisMut<'_, 'w>> {
         let axis = self.get().slider()?.axis();
@@ -261,26 +268,26 @@ impl<'w> JointMut<'w> {
         Ok(AxisMut { joint: self, axis })
     }
 
-    /// Sets the hard stops of its free axis [m; rad].
+    /// Sets hard stops on its free axis [m; rad].
     ///
     /// # Errors
-    /// A number out of range; a joint with another number of free axes than one.
+    /// A number is out of range, or the joint does not have exactly one free axis.
     pub fn set_limits(&mut self, min: f32, max: f32) -> Result<(), DefError> {
         self.only()?.set_limits(min, max)
     }
 
-    /// Changes how far its free axis lets the bodies move: `JointMotion::Free` takes the limits away.
+    /// Sets the motion of its free axis; `JointMotion::Free` removes the limits.
     ///
     /// # Errors
-    /// As [`Self::set_limits`].
+    /// The same errors as those of [`Self::set_limits`].
     pub fn set_motion(&mut self, motion: JointMotion) -> Result<(), DefError> {
         self.only()?.set_motion(motion)
     }
 
-    /// Changes what drives its free axis; `None` lets it go.
+    /// Sets the drive of its free axis; `None` removes it.
     ///
     /// # Errors
-    /// As [`Self::set_limits`].
+    /// The same errors as those of [`Self::set_limits`].
     pub fn set_drive(&mut self, drive: Option<JointDrive>) -> Result<(), DefError> {
         self.only()?.set_drive(drive)
     }
@@ -300,10 +307,10 @@ impl<'w> JointMut<'w> {
         self.only()?.try_set_servo(position, spring, max_force)
     }
 
-    /// Sets the greatest force of dry friction along its free axis [N; N m].
+    /// Sets the maximum force of dry friction along its free axis [N; N m].
     ///
     /// # Errors
-    /// As [`Self::set_limits`].
+    /// The same errors as those of [`Self::set_limits`].
     pub fn set_friction(&mut self, friction: f32) -> Result<(), DefError> {
         self.only()?.set_friction(friction)
     }

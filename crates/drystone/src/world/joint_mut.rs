@@ -1,4 +1,5 @@
-//! A joint, changed while it lives: what it holds, by what measures, and whether it acts. Single axes: see `joint_axis.rs`.
+//! Changes of a living joint: its kind, its settings, and whether it acts. For single axes see
+//! `joint_axis.rs`.
 
 use super::World;
 use super::joint::JointRef;
@@ -11,10 +12,11 @@ use crate::state::def::{DefError, JointKind, Pulley, Spring, position, unit};
 use crate::state::joints::{Joint, Link, Switch};
 use crate::state::sixdof::{JointDrive, JointSpring, SixDof};
 
-/// A joint, to change. Each setter checks its numbers and wakes the bodies. An error leaves everything as it was.
+/// A joint for changes. Each setter checks its numbers and wakes the bodies. After an error
+/// everything is unchanged.
 ///
-/// The setters that name no axis are for joints with one free axis, such as hinges and sliders. [`Self::axis`] has those of
-/// any other axis.
+/// Setters without an axis argument are for joints with one free axis, such as hinges and sliders.
+/// [`Self::axis`] gives the setters of any other axis.
 ///
 /// ```
 /// use drystone::joint::Hinge;
@@ -48,7 +50,7 @@ impl<'w> JointMut<'w> {
         Some(Self { world, row, id })
     }
 
-    /// The joint, to read.
+    /// The joint, read-only.
     #[must_use]
     pub fn get(&self) -> JointRef<'_> {
         let h = self.world.last_h;
@@ -59,16 +61,17 @@ impl<'w> JointMut<'w> {
         self.world.tables.joints.at(self.row)
     }
 
-    /// Wakes its bodies, with the islands they are in.
+    /// Wakes the bodies of the joint and their islands.
     pub fn wake(&mut self) {
         self.world.wake_bodies_of(self.row);
     }
 
-    /// Fastens it elsewhere on its bodies, at these anchors [m, each in the frame of its body's origin]. An error that this
-    /// makes is closed as any is: put the bodies in their places where nothing is to move.
+    /// Moves the anchors of the joint on its bodies [m, each in the frame of its body's origin].
+    /// The solver closes any gap that this causes. Move the bodies first if nothing should move in
+    /// the next step.
     ///
     /// # Errors
-    /// A number is not finite or too large; a coupling, which has no anchors.
+    /// A number is not finite or too large, or the joint is a coupling, which has no anchors.
     pub fn set_anchors(
         &mut self,
         anchor_a: impl Into<Vec3>,
@@ -87,12 +90,12 @@ impl<'w> JointMut<'w> {
         Ok(())
     }
 
-    /// Turns the axes of a joint of six axes on its bodies [each in the frame of its body].
+    /// Sets the frames of a joint of six axes on its bodies [each in the frame of its body].
     ///
     /// With a drive to a pose ([`crate::joint::Servo`]) the first frame and anchor are the target.
     ///
     /// # Errors
-    /// A rotation is not a unit quaternion; a joint of another kind.
+    /// A rotation is not a unit quaternion, or the joint has another kind.
     pub fn set_frames(&mut self, frame_a: Quat, frame_b: Quat) -> Result<(), DefError> {
         let six = self.six()?;
         unit("frame_a", frame_a)?;
@@ -100,34 +103,36 @@ impl<'w> JointMut<'w> {
         self.put_six(SixDof { frame_a, frame_b, ..six })
     }
 
-    /// Changes all axes of a joint of six axes and its cone. Its frames stay: those of `axes` are not read.
+    /// Replaces all axes of a joint of six axes and its cone. The joint keeps its frames; the
+    /// frames of `axes` are ignored.
     ///
     /// # Errors
-    /// The first field that is out of range; a joint of another kind; an axis that becomes locked, or comes behind a
-    /// cone, while a coupling names it.
+    /// The first field that is out of range; a joint of another kind; an axis of a coupling that
+    /// would become locked or part of a cone.
     pub fn set_axes(&mut self, axes: impl Into<SixDof>) -> Result<(), DefError> {
         let SixDof { frame_a, frame_b, .. } = self.six()?;
         self.put_six(SixDof { frame_a, frame_b, ..axes.into() })
     }
 
-    /// Makes another joint of it, between the same bodies at the same anchors: a hinge that jams and becomes fixed, a rod that
-    /// becomes a spring. From one joint of six axes to another its frames stay, as with [`Self::set_axes`]; from any other kind
-    /// to one of six axes they are those of `kind`, by default the axes of each body.
+    /// Changes the kind of the joint between the same bodies at the same anchors. Examples: a hinge
+    /// that jams becomes fixed, a rod becomes a spring. From one joint of six axes to another the
+    /// frames stay, as with [`Self::set_axes`]. From any other kind to one of six axes the frames
+    /// are those of `kind`, by default the axes of each body.
     ///
     /// # Errors
-    /// A number that is out of range; a coupling, before or after; an axis that becomes locked, or comes behind a cone, or is
-    /// there no longer, while a coupling names it.
+    /// A number is out of range; the old or the new kind is a coupling; an axis of a coupling would
+    /// become locked, part of a cone, or be gone.
     pub fn set_kind(&mut self, kind: impl Into<JointKind>) -> Result<(), DefError> {
         let kind = kind.into();
         let to_coupling = matches!(kind, JointKind::Coupling(_));
         if to_coupling || matches!(self.joint().link, Link::Coupling(_)) {
             let value = if to_coupling { kind.name() } else { self.joint().link.kind().name() };
-            return Err(DefError::unsuitable("kind", value, "any kind but a coupling"));
+            return Err(DefError::unsuitable("kind", value, "a kind other than a coupling"));
         }
         match (kind, &self.joint().link) {
             (JointKind::SixDof(axes), Link::Six(_)) => return self.set_axes(axes),
             (_, Link::Six(_)) if self.world.couplings_of(self.id).next().is_some() => {
-                let allowed = "a joint of six axes, for a coupling names it";
+                let allowed = "a joint of six axes, because a coupling refers to it";
                 return Err(DefError::unsuitable("kind", kind.name(), allowed));
             }
             _ => kind.validate()?,
@@ -165,10 +170,10 @@ impl<'w> JointMut<'w> {
         self.put_distance(JointKind::Distance { min, max, spring })
     }
 
-    /// Gives a distance joint, a rope or a spring another spring, or none.
+    /// Sets or removes the spring of a distance joint or a rope.
     ///
     /// # Errors
-    /// A number that is out of range; a joint of another kind.
+    /// A number is out of range, or the joint has another kind.
     pub fn set_spring(&mut self, spring: Option<Spring>) -> Result<(), DefError> {
         let Link::Distance { min, max, .. } = self.joint().link else {
             return Err(self.other_kind("a distance joint"));
@@ -182,10 +187,10 @@ impl<'w> JointMut<'w> {
         Ok(())
     }
 
-    /// Gives a pulley another rope or other points.
+    /// Sets the rope and the points of a pulley.
     ///
     /// # Errors
-    /// A number that is out of range; a joint of another kind.
+    /// A number is out of range, or the joint has another kind.
     pub fn set_pulley(&mut self, pulley: Pulley) -> Result<(), DefError> {
         JointKind::Pulley(pulley).validate()?;
         let Link::Pulley(_) = self.joint().link else { return Err(self.other_kind("a pulley")) };
@@ -193,10 +198,10 @@ impl<'w> JointMut<'w> {
         Ok(())
     }
 
-    /// Gives a coupling another ratio and offset, as in [`CouplingDef`].
+    /// Sets the ratio and offset of a coupling, as in [`CouplingDef`].
     ///
     /// # Errors
-    /// A number that is out of range; a joint of another kind.
+    /// A number is out of range, or the joint has another kind.
     pub fn set_coupling(&mut self, ratio: f32, offset: f32) -> Result<(), DefError> {
         let Link::Coupling(coupling) = &self.joint().link else {
             return Err(self.other_kind("a coupling"));
@@ -211,8 +216,8 @@ impl<'w> JointMut<'w> {
         Ok(())
     }
 
-    /// Solves it at once with the tree of joints that it belongs to, or one by one: see [`crate::JointDef::articulated`].
-    /// Nothing for a coupling.
+    /// Selects whether the joint is solved together with the tree of joints that it belongs to, or
+    /// by itself: see [`crate::JointDef::articulated`]. No effect on couplings.
     pub fn set_articulated(&mut self, articulated: bool) {
         if self.joint().articulated != articulated
             && !matches!(self.joint().link, Link::Coupling(_))
@@ -221,7 +226,8 @@ impl<'w> JointMut<'w> {
         }
     }
 
-    /// Lets its bodies collide with each other or not. Touches that may not be any longer end.
+    /// Sets whether the joined bodies collide with each other. Contacts that are no longer allowed
+    /// end.
     pub fn set_collide_connected(&mut self, collide: bool) {
         let joint = self.world.tables.joints.at_mut(self.row);
         let (a, b) = (joint.body_a, joint.body_b);
@@ -230,14 +236,15 @@ impl<'w> JointMut<'w> {
         }
         self.wake();
         self.world.end_forbidden(a);
-        // They look for pairs again.
+        // Both bodies search for pairs again.
         for body in [a, b] {
             self.world.refresh_bounds(body);
         }
     }
 
-    /// Switches it off or on. One that is off holds nothing, drives nothing and cannot break, nor do couplings of it act; it
-    /// is kept, can be changed, and lets its bodies collide or not as before.
+    /// Enables or disables the joint. A disabled joint holds and drives nothing and cannot break,
+    /// and its couplings do not act. It keeps its settings, can be changed, and filters collisions
+    /// between its bodies as before.
     pub fn set_enabled(&mut self, enabled: bool) {
         let (row, id) = (self.row, self.id);
         let joint = self.world.tables.joints.at_mut(row);
@@ -282,7 +289,7 @@ impl<'w> JointMut<'w> {
         }
         let tables = &mut self.world.tables;
         let Link::Six(six) = &mut tables.joints.at_mut(self.row).link else { return Ok(()) };
-        // Which blocks a joint is in goes by the one, how many rows a tree has by the other.
+        // `parts` determines the blocks of a joint, `scalar_count` the number of rows of a tree.
         let changed =
             six.def.parts() != axes.parts() || six.def.scalar_count() != axes.scalar_count();
         six.set(axes);
@@ -295,10 +302,10 @@ impl<'w> JointMut<'w> {
         DefError::unsuitable("joint", self.joint().link.kind().name(), allowed)
     }
 
-    /// The one free axis of a joint that has one.
+    /// The one free axis of a joint that has exactly one.
     pub(super) fn only_axis(&self) -> Result<Axis, DefError> {
         let only = self.get().only_axis();
-        only.ok_or_else(|| self.other_kind("a joint with one free axis, as a hinge or slider has"))
+        only.ok_or_else(|| self.other_kind("a joint with one free axis, such as a hinge or slider"))
     }
 
     fn change(&mut self, change: impl FnOnce(&mut Joint)) {

@@ -1,4 +1,4 @@
-//! Hulls and meshes that both sides of a snapshot hold, and how snapshots hold or name them.
+//! Hulls and meshes known to both sides of a snapshot, and how snapshots store or reference them.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,25 +15,25 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::shape::Shape;
 use crate::state::shapes::Shapes;
 
-/// The name of a hull or mesh: a hash of its content, the same on every machine.
+/// Key of a hull or mesh: a hash of its content, the same on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct GeometryKey(u64);
 
 impl GeometryKey {
-    /// As a number, to be sent or stored.
+    /// The key as a number, for sending or storing.
     #[must_use]
     pub const fn to_bits(self) -> u64 {
         self.0
     }
 
-    /// The key of a number that [`Self::to_bits`] gave.
+    /// The key for a number from [`Self::to_bits`].
     #[must_use]
     pub const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }
 
-    /// Of a hull or mesh. `kind` keeps the two apart.
+    /// The key of a hull or mesh. `kind` keeps the two types apart.
     fn of(item: &impl Serialize, kind: u64) -> Self {
         let bytes = postcard::to_stdvec(item).expect("lists of numbers can be written");
         Self(checksum(&bytes).wrapping_add(kind))
@@ -46,11 +46,12 @@ impl core::fmt::Display for GeometryKey {
     }
 }
 
-/// Hulls and meshes that snapshots name instead of holding them.
+/// Hulls and meshes that snapshots reference in place of storing them.
 ///
-/// A level's meshes are megabytes that never change. Who saves often, or sends states to somebody who has the level too, puts
-/// them into a library: [`World::snapshot_with`] then writes eight bytes for each. Who restores needs a library with the
-/// same content; its hulls and meshes may have been built anew.
+/// The meshes of a level are megabytes that never change. A program that saves often, or sends
+/// states to a machine with the same level, puts them into a library. [`World::snapshot_with`] then
+/// writes eight bytes for each. Restoring needs a library with the same content; its hulls and
+/// meshes may have been built again.
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -78,12 +79,12 @@ impl core::fmt::Display for GeometryKey {
 #[derive(Clone, Debug, Default)]
 pub struct Library {
     items: BTreeMap<GeometryKey, Shape>,
-    /// By where it is in memory. It is held here, so nothing else can come to be there.
+    /// Keys by memory address. The library holds the object, so the address cannot be reused.
     keys: BTreeMap<usize, (GeometryKey, Shape)>,
 }
 
 impl Library {
-    /// Takes in the hull or mesh of a shape, and gives its key; `None` if the shape has neither.
+    /// Adds the hull or mesh of a shape and returns its key; `None` if the shape has neither.
     pub fn add(&mut self, shape: &Shape) -> Option<GeometryKey> {
         let place = place_of(shape)?;
         if let Some((key, _)) = self.keys.get(&place) {
@@ -99,7 +100,7 @@ impl Library {
         Some(key)
     }
 
-    /// Takes in all hulls and meshes of a world.
+    /// Adds all hulls and meshes of a world.
     pub fn add_world(&mut self, world: &World) {
         for (_, row) in world.tables.shapes.rows.iter() {
             self.add(&row.shape);
@@ -117,13 +118,13 @@ impl Library {
         self.items.keys().copied()
     }
 
-    /// Number of hulls and meshes that differ.
+    /// Number of different hulls and meshes.
     #[must_use]
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// True if it has none.
+    /// True if it is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
@@ -134,7 +135,7 @@ impl Library {
     }
 }
 
-/// Where the hull or mesh of a shape is in memory, which only tells what is the same.
+/// Memory address of the hull or mesh of a shape. It identifies shared objects.
 fn place_of(shape: &Shape) -> Option<usize> {
     match shape {
         Shape::Hull(hull) => Some(Arc::as_ptr(hull).addr()),
@@ -150,17 +151,17 @@ enum Saved<'a, T: Clone> {
     Named(GeometryKey),
 }
 
-/// All shapes of a world, as they stand in a snapshot.
+/// All shapes of a world in the form of a snapshot.
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct SavedShapes<'a> {
-    /// Each once, however many shapes share it.
+    /// Each hull once, even if several shapes share it.
     hulls: Vec<Saved<'a, Hull>>,
     meshes: Vec<Saved<'a, Mesh>>,
-    /// In the order of their rows.
+    /// Shapes in the order of their rows.
     shapes: Vec<SavedShape>,
 }
 
-/// A [`Shape`] with the number of its hull or mesh.
+/// A [`Shape`] with the index of its hull or mesh.
 #[derive(Clone, Copy)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum SavedShape {
@@ -174,11 +175,11 @@ enum SavedShape {
     Mesh(u32),
 }
 
-/// What shapes share, in the order in which it is met.
+/// Shared geometry in the order of first use.
 struct Pool<'a, T: Clone> {
     library: &'a Library,
     items: Vec<Saved<'a, T>>,
-    /// By where it is in memory.
+    /// Indices by memory address.
     numbers: BTreeMap<usize, u32>,
 }
 
@@ -198,7 +199,7 @@ impl<'a, T: Clone> Pool<'a, T> {
     }
 }
 
-/// What was saved as it is, and what `named` has of the rest.
+/// Stored geometry as it is, and referenced geometry from `named`.
 fn held<T: Clone>(
     saved: Vec<Saved<'_, T>>,
     named: impl Fn(GeometryKey) -> Option<Arc<T>>,
@@ -211,7 +212,7 @@ fn held<T: Clone>(
 }
 
 impl<'a> SavedShapes<'a> {
-    /// Of the rows of a world. What the library has is named.
+    /// The shapes in the rows of a world. Geometry in the library is stored as a reference.
     pub(super) fn of(shapes: &'a Shapes, library: &'a Library) -> Self {
         let (mut hulls, mut meshes) = (Pool::new(library), Pool::new(library));
         let save = |shape: &'a Shape| match *shape {
@@ -230,7 +231,7 @@ impl<'a> SavedShapes<'a> {
         Self { hulls: hulls.items, meshes: meshes.items, shapes }
     }
 
-    /// Gives rows their shapes back.
+    /// Restores the shapes of the rows.
     pub(super) fn load(self, rows: &mut Shapes, library: &Library) -> Result<(), SnapshotError> {
         let hulls = held(self.hulls, |key| match library.get(key) {
             Some(Shape::Hull(hull)) => Some(Arc::clone(hull)),

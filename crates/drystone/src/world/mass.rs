@@ -1,4 +1,4 @@
-//! Mass properties of bodies: when they are made, and when their shapes come and go.
+//! Mass properties of bodies, when bodies are added and when shapes are added or removed.
 
 use super::World;
 use crate::base::double::DVec3;
@@ -12,12 +12,13 @@ use crate::state::bodies::{Bodies, MassSource};
 use crate::state::def::{BodyDef, BodyKind, DefError, MassDef, ShapeDef, all_within, within};
 use crate::state::tables::Tables;
 
-/// A load is followed so many times from a body to those that carry it, and not below this part of it: the impulses are where a
-/// solver begins, not what it ends with.
+/// Limits on the propagation of a load change to the supporting bodies: the maximum number of
+/// shares, and the minimum size of a share. The impulses are only the start of the next solve, so
+/// small shares do not matter.
 const SHARES: usize = 10_000;
 const LEAST_SHARE: f32 = 0.01;
 
-/// What the definition's mass and shapes come to.
+/// The mass properties of a definition.
 pub(super) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
     if def.kind != BodyKind::Dynamic {
         return Ok(MassProperties::default());
@@ -33,7 +34,8 @@ pub(super) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
     given_or_sum(def.mass, &MassProperties::combine(&parts), reach)
 }
 
-/// What a mass comes to with shapes of these mass properties together. `reach`: how far each reaches from the origin [m].
+/// The mass properties of a body from its mass definition and those of its shapes together.
+/// `reach`: distance that each shape reaches from the origin [m].
 fn given_or_sum(
     mass: MassDef,
     shapes: &MassProperties,
@@ -43,14 +45,15 @@ fn given_or_sum(
     match mass {
         MassDef::FromShapes if is_solid => Ok(*shapes),
         MassDef::FromShapes => {
-            let allowed = "shapes with volume and density, or a mass given in full";
+            let allowed = "above 0: add shapes with volume and density, or give an exact mass";
             Err(DefError::unsuitable("mass", shapes.mass, allowed))
         }
         MassDef::Mass(mass) => {
             if is_solid {
                 return Ok(shapes.scaled_to(mass));
             }
-            // A mass without a volume: a ball of the shapes' size, so that it can turn at all.
+            // A mass without a volume gets the inertia of a ball of the shapes' size, so that it
+            // can rotate.
             let radius = reach.fold(0.0_f32, f32::max);
             let r = if radius > 0.0 { radius } else { 0.5 };
             let moment = 0.4 * mass * r * r;
@@ -61,8 +64,8 @@ fn given_or_sum(
     }
 }
 
-/// Principal moments and axes. Rounding may leave a tiny negative or positive moment where there is none:
-/// these become 0, an axis that cannot turn.
+/// Principal moments and axes. Rounding may leave a tiny moment of either sign in place of 0. Such
+/// moments become 0, which locks the axis.
 pub(super) fn principal_moments(mass: &MassProperties) -> (Vec3, Quat) {
     let (moments, principal) = mass.inertia.eigen();
     let least = 1.0e-9 * moments.max_element();
@@ -70,13 +73,13 @@ pub(super) fn principal_moments(mass: &MassProperties) -> (Vec3, Quat) {
     (vec3(moment(moments.x), moment(moments.y), moment(moments.z)), principal)
 }
 
-/// Checks the mass [kg] and the principal moments [kg m²] of a dynamic body, wherever they came from.
+/// Checks the mass [kg] and the principal moments [kg m²] of a dynamic body.
 pub(super) fn check_mass(mass: f32, moments: Vec3) -> Result<(), DefError> {
     within("mass", mass, &limits::MASS)?;
     all_within("inertia", moments, &limits::MOMENT)
 }
 
-/// Checks what a body's velocities come to with its mass [kg] and its principal moments [kg m²].
+/// Checks the kinetic energy of a body with this mass [kg] and these principal moments [kg m²].
 pub(super) fn check_energy(
     mass: f32,
     moments: Vec3,
@@ -97,7 +100,7 @@ pub(super) fn check_energy(
     Ok(())
 }
 
-/// How the mass of a body was given, whatever kind it is of now.
+/// The mass definition of a body, whatever its current kind.
 pub(super) fn mass_def(bodies: &Bodies, row: u32) -> MassDef {
     match bodies.at(row).mass_source {
         MassSource::Shapes => MassDef::FromShapes,
@@ -111,10 +114,10 @@ pub(super) fn mass_def(bodies: &Bodies, row: u32) -> MassDef {
 }
 
 impl World {
-    /// Center of mass and inertia of a dynamic body whose shapes came or went, and its mass unless that was
-    /// given. Nothing changes if the mass was given in full, or if no shape with a mass is left.
+    /// Updates center of mass, inertia and, unless it was given, mass of a dynamic body after its
+    /// shapes changed. No effect if the mass is exact, or if no shape with a mass is left.
     pub(super) fn refresh_mass(&mut self, row: u32) {
-        // Where little is left of a body, the mass may be less than what can be computed with.
+        // A small remaining shape may have a mass below the allowed range.
         let can_be =
             |mass: &MassProperties| check_mass(mass.mass, principal_moments(mass).0).is_ok();
         if let Some(mass) = self.mass_with(row, None).filter(can_be) {
@@ -124,7 +127,7 @@ impl World {
         self.refresh_bounds(row);
     }
 
-    /// What a mass comes to with the shapes that a body has.
+    /// The mass properties of a mass definition with the current shapes of a body.
     pub(super) fn mass_from(&self, row: u32, mass: MassDef) -> Result<MassProperties, DefError> {
         let shapes = self.tables.bodies.at(row).shapes.iter();
         let shapes = shapes.map(|s| self.tables.shapes.at(*s));
@@ -135,7 +138,7 @@ impl World {
         Ok(mass)
     }
 
-    /// Where on a body its shapes with a mass are, and what that is.
+    /// The local poses and mass properties of the body's shapes that have a mass.
     fn parts(&self, row: u32) -> Vec<(Pose, MassProperties)> {
         let shapes = self.tables.bodies.at(row).shapes.iter();
         let solid = shapes.map(|s| self.tables.shapes.at(*s));
@@ -145,8 +148,8 @@ impl World {
             .collect()
     }
 
-    /// What the mass of a dynamic body comes to by its shapes and one more. `None` if it does not follow them:
-    /// it was given in full, or no shape has a mass.
+    /// The mass properties of a dynamic body with its shapes and one more. `None` if they do not
+    /// depend on the shapes: the mass is exact, or no shape has a mass.
     pub(super) fn mass_with(&self, row: u32, more: Option<&ShapeDef>) -> Option<MassProperties> {
         let body = self.tables.bodies.at(row);
         if body.kind != BodyKind::Dynamic || body.mass_source == MassSource::Exact {
@@ -167,7 +170,7 @@ impl World {
         }
     }
 
-    /// Gives a body another mass and center; its shapes, joints and contacts stay where they are in the
+    /// Sets the mass and center of a body. Its shapes, joints and contacts keep their places in the
     /// world.
     pub(super) fn set_mass(&mut self, row: u32, mass: &MassProperties) {
         let tables = &mut self.tables;
@@ -183,7 +186,7 @@ impl World {
             let s = tables.shapes.at_mut(shape);
             s.centered.position -= shift;
         }
-        // Which joints are solved as a tree goes by masses.
+        // The set of joints solved as trees depends on masses.
         tables.colors.bodies_changed = true;
         for joint in tables.bodies.at(row).joints.clone() {
             let joint = tables.joints.at_mut(joint);
@@ -202,9 +205,10 @@ impl World {
         }
     }
 
-    /// What carries a body that got heavier by `more` [kg] carries that from the first substep on: kept impulses of the
-    /// contacts below it follow, down to what cannot be pushed. With those of before, what stands on a body that lost most of
-    /// its mass would be thrown up by what that weighed.
+    /// Adds a weight change of `more` [kg] to the stored impulses of the contacts below a body,
+    /// down to static and kinematic bodies. They then carry it from the first substep on. Otherwise
+    /// a body that lost most of its mass would be thrown up, together with everything on top of it,
+    /// by the old impulses.
     pub(super) fn follow_weight(&mut self, row: u32, more: f32) {
         let gravity = self.tables.config.gravity * self.tables.bodies.at(row).gravity_scale;
         let Some(up) = (-gravity).try_normalize() else { return };
@@ -213,7 +217,7 @@ impl World {
             return;
         }
         let mut loads = vec![(row, whole)];
-        // A load is shared out where several carry it, until a part is next to nothing.
+        // Several supports share a load, until a share is negligible.
         for _ in 0..SHARES {
             let Some((body, load)) = loads.pop() else { return };
             let Tables { bodies, contacts, .. } = &self.tables;
@@ -234,7 +238,7 @@ impl World {
             if !(all > 0.0) {
                 continue;
             }
-            // Below nothing no contact pulls.
+            // A contact cannot pull, so the factor is at least 0.
             let factor = (1.0 + load / all).max(0.0);
             for (contact, other, lift) in carry {
                 self.tables.contacts.at_mut(contact).scale_impulses(factor);
@@ -246,7 +250,8 @@ impl World {
         }
     }
 
-    /// How far a body reaches from its center of mass, how thin it is, and whether it is hollow.
+    /// Updates the reach of a body from its center of mass, its thickness, and whether it is
+    /// hollow.
     pub(super) fn refresh_extent(&mut self, row: u32) {
         let tables = &mut self.tables;
         let body = tables.bodies.at_mut(row);

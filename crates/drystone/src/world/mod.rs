@@ -1,5 +1,5 @@
-//! Layer 4: the public face. Checks what a user says, translates ids to rows, keeps what must be kept
-//! together when something is added, changed or removed.
+//! Layer 4: the public API. It checks the user's arguments and translates ids to rows. It keeps the
+//! tables consistent when something is added, changed or removed.
 
 mod add;
 mod audit;
@@ -89,8 +89,8 @@ use crate::step::{self, Scratch, Stage};
 
 /// A world of bodies.
 ///
-/// It owns everything in it, can be cloned, and can be sent to another thread. Given the same calls it
-/// gives the same bits for any number of threads, any SIMD level, in debug and release.
+/// It owns everything in it, can be cloned, and can be sent to another thread. The same calls give
+/// the same bits for any number of threads, at any SIMD level, in debug and release.
 ///
 /// The manual: [first steps](crate::manual::first_steps), and [all chapters](crate::manual).
 #[derive(Debug)]
@@ -102,12 +102,12 @@ pub struct World {
     level: SimdLevel,
     /// Length of the last substep [s]; 0 before the first.
     last_h: f32,
-    /// What the user's calls since the last step caused: part of the next step's events.
+    /// Events caused by the user's calls since the last step. The next step reports them.
     pending: Events,
-    /// Of the lists of contacts that began and ended.
+    /// Tracks the spare capacity of the lists of contacts that began and ended.
     slack: Slack,
     breaking: breakage::Scratch,
-    /// Open since [`World::begin_ledger`].
+    /// Energy and momentum ledger, open since [`World::begin_ledger`].
     books: Option<Box<Books>>,
 }
 
@@ -129,7 +129,7 @@ impl Default for World {
     }
 }
 
-/// Worlds are sent to other threads, and asked by several at once.
+/// Worlds can be sent to other threads and read by several threads at once.
 const _: () = {
     const fn is_send_and_sync<T: Send + Sync>() {}
     is_send_and_sync::<World>();
@@ -146,19 +146,19 @@ impl World {
         Ok(Self { tables, ..Self::default() })
     }
 
-    /// The same world with its work done by `jobs`, for example a [`crate::threads::Team`]. The result of a step
-    /// does not depend on it.
+    /// Runs the work of this world on `jobs`, for example a [`crate::threads::Team`]. The result of
+    /// a step does not depend on the executor.
     #[must_use]
     pub fn with_executor(mut self, jobs: Arc<dyn Executor>) -> Self {
         self.jobs = jobs;
         self
     }
 
-    /// The same world with its work done by this many threads, the caller's among them; 0: as many as the machine has cores.
-    /// The result of a step does not depend on it.
+    /// Runs the work of this world on this many threads, including the caller's; 0: as many as the
+    /// machine has cores. The result of a step does not depend on the number of threads.
     ///
-    /// A world begins with the caller's thread alone. Each call starts threads of its own, which end with the world: worlds that
-    /// take turns share one [`Team`] by [`Self::with_executor`].
+    /// A new world uses only the caller's thread. Each call starts its own threads, which end with
+    /// the world. Worlds that take turns can share one [`Team`] through [`Self::with_executor`].
     ///
     /// ```
     /// use drystone::World;
@@ -175,18 +175,18 @@ impl World {
         self.with_executor(jobs)
     }
 
-    /// Has the work of steps done by `jobs`.
+    /// Runs the work of steps on `jobs`.
     pub fn set_executor(&mut self, jobs: Arc<dyn Executor>) {
         self.jobs = jobs;
     }
 
-    /// The SIMD level in use; the best of the machine unless it was set.
+    /// The SIMD level in use; default: the best level that the machine has.
     #[must_use]
     pub const fn simd_level(&self) -> SimdLevel {
         self.level
     }
 
-    /// Uses another SIMD level. The result of a step does not depend on it.
+    /// Sets the SIMD level. The result of a step does not depend on it.
     pub fn set_simd_level(&mut self, level: SimdLevel) {
         self.level = level;
     }
@@ -197,7 +197,8 @@ impl World {
         &self.tables.config
     }
 
-    /// Replaces the configuration. Wakes all bodies if gravity changed.
+    /// Replaces the configuration. Wakes all bodies if gravity changed, or whether the method freezes
+    /// bodies one by one.
     ///
     /// # Errors
     /// The first field that is out of range; then nothing is changed.
@@ -207,7 +208,7 @@ impl World {
         let wake = config.gravity != old.gravity || config.method.freezes() != old.method.freezes();
         let has_length = config.length_scale.to_bits() == old.length_scale.to_bits();
         if config.contact_lengths().margin > old.contact_lengths().margin || !has_length {
-            // What fits in its box may fit no longer.
+            // Shapes that fitted their fat boxes may no longer fit.
             for body in self.tables.bodies.rows.values_mut().iter_mut().flatten() {
                 body.room = 0.0;
             }
@@ -236,8 +237,10 @@ impl World {
         self.tables.particles.wake_all();
     }
 
-    /// Advances time by `dt` [s]. Cannot fail: a body that becomes non-finite is stopped, left out of
-    /// further steps and reported in [`Events::faults`], and so is a `dt` that is not from 1e-6 to 10 s: then no time
+    /// Advances time by `dt` [s], 1e-6 to 10.
+    ///
+    /// A step cannot fail. A body that becomes non-finite is stopped, left out of further steps and
+    /// reported in [`Events::faults`]. A `dt` out of range is reported there too, and no time
     /// passes.
     pub fn step(&mut self, dt: f32) {
         self.advance(dt, None, &mut |_| {});
@@ -246,10 +249,13 @@ impl World {
         }
     }
 
-    /// Like [`Self::step`]; asks `hooks` for each contact of shapes that [have hooks](crate::ShapeDef::with_hooks). They may drop
-    /// it, or change its friction, restitution and softness for this step, by several threads at once: see [`ContactHooks`]. If
-    /// they panic, they are not asked again in this step; the step is done to its end, and the panic goes on. A fast body passes
-    /// what they drop, too.
+    /// Like [`Self::step`], and calls `hooks` for each contact of shapes that [have
+    /// hooks](crate::ShapeDef::with_hooks).
+    ///
+    /// A hook may drop the contact, or change its friction, restitution and softness for this step.
+    /// Several threads call hooks at once: see [`ContactHooks`]. A fast body also passes through
+    /// contacts that hooks drop. If a hook panics, no hook is called again in this step. The step
+    /// is completed, and then the panic resumes.
     ///
     /// ```
     /// use drystone::{BodyDef, ShapeDef, World};
@@ -287,10 +293,12 @@ impl World {
         }
     }
 
-    /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time. If `after` panics, it is not called
-    /// again in this step; the step is done to its end, and the panic goes on.
+    /// Like [`Self::step`], and calls `after` when each stage is done, for example to measure
+    /// times. If `after` panics, it is not called again in this step. The step is completed, and
+    /// then the panic resumes.
     pub fn step_observed(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
-        // A step that has begun is done to its end: what its observer panics with goes on when the world is whole.
+        // A step that has begun is completed. A panic of the observer resumes when the world is
+        // consistent.
         let mut panic = None;
         let mut guarded = |stage| {
             if panic.is_none() {
@@ -303,7 +311,7 @@ impl World {
         }
     }
 
-    /// The step. `after` does not panic.
+    /// Runs one step. `after` does not panic.
     fn advance(&mut self, dt: f32, hooks: Option<&Hooks<'_>>, after: &mut dyn FnMut(Stage)) {
         let checked = Checked::new(&*self.jobs, &self.claims);
         let jobs = checked.jobs();
@@ -314,11 +322,11 @@ impl World {
             events.contact_begin.shrink_to(enough);
             events.contact_end.shrink_to(enough);
         }
-        // Swapped, not taken: the lists keep their memory.
+        // Swapping keeps the memory of both lists.
         let (events, pending) = (&mut self.tables.events, &mut self.pending);
         pending.settle_sleep();
         core::mem::swap(&mut events.wake, &mut pending.wake);
-        // By hand, which is rare: of two lists in turn each would need its memory.
+        // Sleeping by hand is rare. Swapping these lists would keep two lists at full capacity.
         events.sleep.append(&mut pending.sleep);
         core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
@@ -347,36 +355,37 @@ impl World {
         if let Some(books) = &mut self.books {
             books.after_step(&self.tables, ctx.substeps);
         }
-        // Keeps energy, and books know bodies by their rows.
+        // Breakage conserves energy, and the ledger identifies bodies by their rows.
         self.break_bodies(dt);
         after(Stage::Breakage);
     }
 
-    /// For tests of a stage.
+    /// Access to the tables for tests of a stage.
     #[cfg(test)]
     pub(crate) fn tables_mut(&mut self) -> &mut Tables {
         &mut self.tables
     }
 
-    /// Steps taken.
+    /// Number of steps taken.
     #[must_use]
     pub const fn step_count(&self) -> u64 {
         self.tables.steps
     }
 
-    /// Sweeps over the contacts in the last step, of all substeps together: what a method's time goes by.
+    /// Number of sweeps over the contacts in the last step, summed over all substeps. The solver
+    /// time grows with it.
     #[must_use]
     pub const fn sweep_count(&self) -> u32 {
         self.scratch.sweeps()
     }
 
-    /// What happened in the last step.
+    /// Events of the last step.
     #[must_use]
     pub const fn events(&self) -> &Events {
         &self.tables.events
     }
 
-    /// Rays, shape casts, overlaps, and what is near.
+    /// Queries: rays, shape casts, overlaps and nearest shapes.
     #[must_use]
     pub fn query(&self) -> Query<'_> {
         Query::new(&self.tables, &*self.jobs, self.level)
@@ -388,7 +397,7 @@ impl World {
         BodyRef::new(&self.tables, id)
     }
 
-    /// The body, to change it, unless it was removed.
+    /// The body for changes, unless it was removed.
     #[must_use]
     pub fn body_mut(&mut self, id: BodyId) -> Option<BodyMut<'_>> {
         BodyMut::new(self, id)
@@ -403,10 +412,12 @@ impl World {
         self.bodies().filter(BodyRef::is_enabled)
     }
 
-    /// The bodies that the last step may have moved: those that are awake, and those that fell asleep at its end. Each once, in
-    /// no order that means anything, the same for any number of threads. What a user's call moved is not among them.
+    /// The bodies that the last step may have moved: awake bodies and bodies that fell asleep at
+    /// the end of the step. Bodies moved by the user's calls are not included. Each body appears
+    /// once, in an unspecified order that is the same for any number of threads.
     ///
-    /// It costs as much as there are such bodies, not as there are bodies: for whoever copies poses to other places.
+    /// The cost grows with the number of these bodies, not of all bodies. Use it to copy poses to
+    /// another place.
     pub fn moved_bodies(&self) -> impl Iterator<Item = BodyRef<'_>> {
         let bodies = &self.tables.bodies;
         let awake = bodies.awake.iter().map(|row| bodies.id(*row));
@@ -422,7 +433,7 @@ impl World {
         ShapeRef::new(&self.tables, id)
     }
 
-    /// The shape, to change, unless it was removed.
+    /// The shape for changes, unless it was removed.
     pub fn shape_mut(&mut self, id: ShapeId) -> Option<ShapeMut<'_>> {
         ShapeMut::new(self, id)
     }
@@ -433,7 +444,7 @@ impl World {
         JointRef::new(&self.tables, id, self.last_h)
     }
 
-    /// The joint, to change, unless it was removed.
+    /// The joint for changes, unless it was removed.
     #[must_use]
     pub fn joint_mut(&mut self, id: JointId) -> Option<JointMut<'_>> {
         JointMut::new(self, id)
@@ -449,13 +460,14 @@ impl World {
         view::contacts(&self.tables)
     }
 
-    /// The contacts between two bodies that have points, in no promised order; none if a body was removed. The list of one of them is
-    /// walked, of two that differ in kind that of the dynamic one.
+    /// The contacts between two bodies that have points, in no promised order; none if a body was
+    /// removed. The search walks the contact list of one body. If only one body is dynamic, it
+    /// walks that body's list.
     pub fn contacts_between(&self, a: BodyId, b: BodyId) -> impl Iterator<Item = ContactRef<'_>> {
         view::contacts_between(&self.tables, a, b)
     }
 
-    /// How many of everything there are.
+    /// Numbers of bodies, shapes, joints and so on.
     #[must_use]
     pub fn counts(&self) -> WorldCounts {
         view::counts(&self.tables)
@@ -468,7 +480,8 @@ impl World {
         bodies + particle_sums(&self.tables).linear
     }
 
-    /// Potential energy of all dynamic bodies and particles in the world's gravity [J], zero at the origin.
+    /// Potential energy of all dynamic bodies and particles in the world's gravity [J], zero at the
+    /// origin.
     #[must_use]
     pub fn potential_energy(&self) -> f64 {
         let bodies: f64 = self.enabled().map(|b| f64::from(b.potential_energy())).sum();

@@ -1,4 +1,4 @@
-//! A shape that is moved as a character is: it slides along walls, climbs steps, stays on the ground.
+//! Movement of a character shape: it slides along walls, climbs steps and stays on the ground.
 
 mod walk;
 
@@ -16,22 +16,25 @@ use crate::state::def::{BodyKind, DefError};
 use self::walk::Walk;
 use super::World;
 
-/// How a character moves through a world: a convex shape, mostly a capsule, that is no body. It slides along what it meets, climbs
-/// steps, walks up slopes that are not too steep, slides down those that are, and stays on the ground downhill.
+/// Settings for moving a character through a world. The character is a convex shape, usually a
+/// capsule, and not a body. It slides along obstacles, climbs steps and walks up slopes that are
+/// not too steep. It slides down steeper slopes, and stays on the ground downhill.
 ///
-/// The defaults fit a person in meters: steps up to 0.3 m, slopes up to 45 degrees, up along y. The manual:
-/// [character](crate::manual::character).
+/// The defaults suit a person in meters: steps up to 0.3 m, slopes up to 45 degrees, up along y.
+/// The manual: [character](crate::manual::character).
 ///
-/// Gravity, jumps and speeds are the program's: it gives the way of each frame. So is what else bodies do to each other:
+/// The program handles gravity, jumps and speeds: it passes the displacement of each frame. It also
+/// handles other interaction with bodies:
 ///
-/// * To ride on a lift, add `moved.ground_velocity(&world) * dt` to the position that came out. A query sees the lift where it still
-///   is, and the next step moves it.
-/// * To push crates, give [`MoverHit::body`] an impulse at [`MoverHit::point`] against the normal: of the mass of the character times
-///   `hit.blocked / dt`, or what its strength allows.
-/// * [`Self::move_body`] lets a kinematic body follow: it rides and pushes, and other characters meet it.
+/// * To ride on a lift, add `moved.ground_velocity(&world) * dt` to the resulting position. A query
+///   sees the lift at its current pose, and the next step moves it.
+/// * To push crates, apply an impulse to [`MoverHit::body`] at [`MoverHit::point`] against the
+///   normal. Use the mass of the character times `hit.blocked / dt`, or the limit of its strength.
+/// * To ride, push and be an obstacle for other characters, let a kinematic body follow with
+///   [`Self::move_body`].
 ///
-/// One-way surfaces hold it from their front only. A round bottom also walks over edges that are lower than
-/// `radius * (1 - cos(max_slope))`, whatever `step` is.
+/// One-way surfaces block the character only from their front. A round bottom also walks over edges
+/// lower than `radius * (1 - cos(max_slope))`, whatever `step` is.
 ///
 /// ```
 /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
@@ -64,45 +67,48 @@ pub struct Mover {
     skin: f32,
 }
 
-/// Something that a [`Mover`] met on its way.
+/// An obstacle that a [`Mover`] met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MoverHit {
-    /// The shape that was met.
+    /// The shape of the obstacle.
     pub shape: ShapeId,
-    /// Its body.
+    /// The body of the shape.
     pub body: BodyId,
-    /// Where [m, world].
+    /// Contact point [m, world].
     pub point: Vec3,
-    /// Outward normal of the surface that was met [world, unit].
+    /// Outward normal of the obstacle's surface [world, unit].
     pub normal: Vec3,
-    /// How much farther into the surface the way would have led [m]; at least 0. Over the time of the frame it is the speed at which
-    /// the mover ran into it.
+    /// Depth by which the blocked displacement would have entered the surface [m], at least 0.
+    /// Divided by the time of the frame, it is the speed of the impact.
     pub blocked: f32,
 }
 
-/// The outcome of a move: see [`Mover::move_by`]. One that [`Mover::move_into`] fills can be used again, with the memory that it has.
+/// The outcome of a move: see [`Mover::move_by`]. [`Mover::move_into`] reuses its memory.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Moved {
-    /// Where the shape is now [m, world].
+    /// Pose of the shape after the move [m, world].
     pub pose: Pose,
-    /// Whether it stands on ground that is not too steep. After a way that leads up it never does.
+    /// True if the shape stands on ground that is not too steep. Always false after an upward
+    /// displacement.
     pub grounded: bool,
-    /// The body that it stands on, if it is grounded.
+    /// The body under the shape, if it is grounded.
     pub ground: Option<BodyId>,
-    /// Where it stands [m, world]; 0 if it is not grounded.
+    /// Point where the shape stands [m, world]; 0 if it is not grounded.
     pub ground_point: Vec3,
-    /// Normal of the ground [world, unit]; at an edge that of the face behind it; 0 if it is not grounded.
+    /// Normal of the ground [world, unit]; at an edge, that of the face behind it; 0 if it is not
+    /// grounded.
     pub ground_normal: Vec3,
-    /// The surfaces that were in the way, in the order in which they were met; the ground too if the way led into it.
+    /// The obstacles met, in order. The ground is included if the displacement led into it.
     pub hits: Vec<MoverHit>,
-    /// Memory of casts.
+    /// Reused memory for casts.
     found: Vec<ShapeHit>,
 }
 
 impl Moved {
-    /// Velocity of the ground where the mover stands on it [m/s, world]; 0 if it is not grounded, or the body is gone.
+    /// Velocity of the ground under the mover [m/s, world]; 0 if it is not grounded, or the body no
+    /// longer exists.
     #[must_use]
     pub fn ground_velocity(&self, world: &World) -> Vec3 {
         let ground = self.ground.and_then(|ground| world.body(ground));
@@ -111,58 +117,62 @@ impl Moved {
 }
 
 impl Mover {
-    /// Moves this convex shape: a capsule, a sphere, a cylinder, a box or a hull.
+    /// A mover for this convex shape: a capsule, a sphere, a cylinder, a box or a hull.
     #[must_use]
     pub const fn new(shape: Shape) -> Self {
         let max_slope = core::f32::consts::FRAC_PI_4;
         Self { shape, up: Vec3::Y, step: 0.3, max_slope, snap: 0.3, skin: 0.01 }
     }
 
-    /// Climbs edges up to this height [m]; at least 0; default 0.3. Only from the ground, and only onto ground.
+    /// Sets the maximum height of a step that it climbs [m], at least 0; default 0.3. It climbs
+    /// only from ground onto ground.
     #[must_use]
     pub fn with_step(self, step: f32) -> Self {
         Self { step, ..self }
     }
 
-    /// Walks on ground up to this slope [rad], 0 to π/2; default π/4. Steeper ground is a wall to it, and it slides down there.
+    /// Sets the steepest slope that it walks on [rad], 0 to π/2; default π/4. It treats steeper
+    /// ground as a wall, and slides down there.
     #[must_use]
     pub fn with_max_slope(self, max_slope: f32) -> Self {
         Self { max_slope, ..self }
     }
 
-    /// Follows the ground down by up to this much in a move [m]; at least 0; default 0.3. With 0 it flies off at every edge.
+    /// Sets the maximum distance by which it follows the ground down in one move [m], at least 0;
+    /// default 0.3. With 0 it leaves the ground at every edge.
     #[must_use]
     pub fn with_snap(self, snap: f32) -> Self {
         Self { snap, ..self }
     }
 
-    /// Keeps about this distance from what it meets [m]; above 0; default 0.01. It should be above the roundings of coordinates, and far
-    /// below the size of the shape.
+    /// Sets the approximate distance that it keeps from obstacles [m], above 0; default 0.01. It
+    /// should be above the rounding of coordinates, and far below the size of the shape.
     #[must_use]
     pub fn with_skin(self, skin: f32) -> Self {
         Self { skin, ..self }
     }
 
-    /// Stands upright along this direction [world, any length]; default y. The shape itself does not turn.
+    /// Sets the upward direction [world, any length]; default y. The shape itself does not turn.
     #[must_use]
     pub fn with_up(self, up: impl Into<Vec3>) -> Self {
         Self { up: up.into(), ..self }
     }
 
-    /// The shape that is moved.
+    /// The shape of the character.
     #[must_use]
     pub const fn shape(&self) -> &Shape {
         &self.shape
     }
 
-    /// Moves from `pose` by `delta` [m, world], as far as the shapes that the filter sees allow. Shapes that it overlaps at the start
-    /// push it out. A `delta` that leads up is a jump: it does not stay on the ground then. [`QueryFilter::inside`] does not count.
+    /// Moves the shape from `pose` by `delta` [m, world], as far as the shapes that pass the filter
+    /// allow. Shapes that overlap it at the start push it out. With an upward `delta`, a jump, it
+    /// does not stay on the ground. [`QueryFilter::inside`] is ignored.
     ///
     /// The filter should exclude the character's own body.
     ///
     /// # Errors
-    /// The shape, the pose, `delta` or a setting of the mover is invalid, the shape is a mesh or a half-space, or the way leads beyond
-    /// 1e7 m.
+    /// The shape, the pose, `delta` or a setting of the mover is invalid, the shape is a mesh or a
+    /// half-space, or the displacement leads beyond 1e7 m.
     pub fn move_by<'f>(
         &self,
         world: &World,
@@ -175,10 +185,10 @@ impl Mover {
         Ok(moved)
     }
 
-    /// [`Self::move_by`] into a result whose memory is used again.
+    /// Like [`Self::move_by`], with a result whose memory is reused.
     ///
     /// # Errors
-    /// The same as of [`Self::move_by`]; then `moved` is of no use.
+    /// The same errors as those of [`Self::move_by`]; then the content of `moved` is unspecified.
     pub fn move_into<'f>(
         &self,
         world: &World,
@@ -191,7 +201,7 @@ impl Mover {
         let up = self.valid_up()?;
         position("pose.position", pose.position)?;
         all_within("delta", delta, &limits::POSITION)?;
-        // Climbing and the skin add to the way, and so does the way down again.
+        // Climbing and the skin lengthen the path, and so does the descent.
         let reach = 2.0 * (self.step + self.snap + self.skin);
         position("delta", pose.position.abs() + delta.abs() + Vec3::splat(reach))?;
         let (_, flattest) = crate::base::trig::sin_cos(self.max_slope);
@@ -206,12 +216,13 @@ impl Mover {
         walk.all(pose.position, delta, moved)
     }
 
-    /// Moves a kinematic body as this shape, by its place now and a velocity [m/s, world], and lets it follow: in the next step of `dt`
-    /// [s] it goes there, rides along with the ground, and pushes what is in its way, however heavy. The body itself is not met. Let the
-    /// filter see no dynamic bodies, or they stop it before it can push them.
+    /// Moves a kinematic body like this shape, from its current pose by a velocity [m/s, world]. In
+    /// the next step of `dt` [s] the body moves there, rides on its ground, and pushes every body
+    /// in its way, of any mass. The move ignores the body itself. Let the filter exclude dynamic
+    /// bodies; otherwise they stop the body before it can push them.
     ///
-    /// The result is the place it comes to without the ride, among the bodies as they are now. The body's velocity lasts until it is
-    /// moved again or told another one.
+    /// The result is the pose without the ride, among the bodies at their current poses. The body's
+    /// velocity lasts until the body is moved again or its velocity is set.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, Shape, ShapeDef, World};
@@ -234,9 +245,8 @@ impl Mover {
     /// }
     /// ```
     ///
-    /// # Errors
-    /// The same as of [`Self::move_by`] and [`crate::BodyMut::move_to`], or there is no such body, or it is not kinematic. Then nothing
-    /// is changed.
+    /// The errors of [`Self::move_by`] and [`crate::BodyMut::move_to`]; or the body does not exist
+    /// or is not kinematic. Then nothing is changed.
     pub fn move_body<'f>(
         &self,
         world: &mut World,
@@ -248,7 +258,11 @@ impl Mover {
         within("dt", dt, &limits::TIME_STEP)?;
         let allowed = "a kinematic body of this world";
         let Some(found) = world.body(body) else {
-            return Err(DefError::missing("body", body.index(), allowed));
+            return Err(DefError::missing(
+                "body",
+                format_args!("BodyId {}", body.index()),
+                allowed,
+            ));
         };
         if found.kind() != BodyKind::Kinematic {
             return Err(DefError::unsuitable("body", format!("{:?}", found.kind()), allowed));
@@ -267,16 +281,16 @@ impl Mover {
         Ok(moved)
     }
 
-    /// Checks the settings, and gives the direction up as a unit vector.
+    /// Checks the settings. Returns the upward direction as a unit vector.
     fn valid_up(&self) -> Result<Vec3, DefError> {
         within("step", self.step, &limits::CONTACT_DISTANCE)?;
         within("snap", self.snap, &limits::CONTACT_DISTANCE)?;
         within("skin", self.skin, &limits::MARGIN)?;
         if !(0.0..=core::f32::consts::FRAC_PI_2).contains(&self.max_slope) {
-            return Err(DefError::new("max_slope", self.max_slope, "0 to π/2"));
+            return Err(DefError::new("max_slope", self.max_slope, "an angle from 0 to π/2"));
         }
         all_within("up", self.up, &limits::POSITION)?;
         let up = self.up.try_normalize();
-        up.ok_or_else(|| DefError::of_vec("up", self.up, "a vector that is not 0"))
+        up.ok_or_else(|| DefError::of_vec("up", self.up, "a vector other than 0"))
     }
 }

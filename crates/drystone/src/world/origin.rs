@@ -1,4 +1,4 @@
-//! Another origin of the world: everything is told from there, and goes on as if nothing had happened.
+//! Shifts of the world's origin that do not disturb the simulation.
 
 use super::{Clock, World};
 use crate::base::limits;
@@ -11,15 +11,18 @@ use crate::state::tables::Tables;
 use crate::step::context::StepContext;
 
 impl World {
-    /// Puts the origin of the world at `origin` [m, world]: from then on all places are told from there, so that each is what it
-    /// was less `origin`. For worlds that are wide: f32 knows places 16 km from the origin to a millimeter, and a player that goes
-    /// far takes the origin along. Call it between steps.
+    /// Moves the origin of the world to `origin` [m, world]. Every position then becomes its old
+    /// value minus `origin`. Use it in large worlds, where a distant player can carry the origin
+    /// along: 16 km from the origin, f32 resolves positions to a millimeter. Call it between steps.
     ///
-    /// Bodies, shapes, particles, contacts, trees, pulleys' points and the places in the events of the last step move; nothing
-    /// wakes, no event comes of it, and no contact loses what it carries. Where the new coordinates are rounded nothing moves by more
-    /// than that, half of the last digit; where they are not (the origin a multiple of the last digit, and no coordinate coming to
-    /// have more) the world goes on with the same bits. Poses that a program keeps are its own to move; a [`Clock`] moves with the
-    /// world by [`Clock::shift_origin`]. The potential energy of an open ledger changes as if all bodies were put elsewhere.
+    /// Bodies, shapes, particles, contacts, trees, pulley points and the positions in the events of
+    /// the last step are shifted. Nothing wakes, there is no event, and contacts keep their
+    /// impulses. Rounding moves an object by at most half of the last digit of its new coordinates.
+    /// Without rounding the world continues with the same bits. That is so if the origin is a
+    /// multiple of the last digit and no coordinate needs more digits than before. Poses stored by
+    /// the program are not shifted; a [`Clock`] is shifted together with the world by
+    /// [`Clock::shift_origin`]. The potential energy in an open ledger changes as if all bodies had
+    /// been moved.
     ///
     /// ```
     /// use drystone::{BodyDef, ShapeDef, World};
@@ -33,8 +36,8 @@ impl World {
     /// ```
     ///
     /// # Errors
-    /// A coordinate is not finite or beyond 1e7 m, or something would be farther than 1e9 m from there, or a pulley than 1e7 m;
-    /// then nothing is changed.
+    /// A coordinate is not finite or beyond 1e7 m, or an object would be farther than 1e9 m, or a
+    /// pulley farther than 1e7 m, from the new origin. Then nothing is changed.
     pub fn shift_origin(&mut self, origin: impl Into<Vec3>) -> Result<(), DefError> {
         let origin = origin.into();
         position("origin", origin)?;
@@ -68,7 +71,7 @@ impl World {
         Ok(())
     }
 
-    /// Checks that nothing would be where nothing can be.
+    /// Checks that everything stays in range.
     fn check_reach(&self, origin: Vec3) -> Result<(), DefError> {
         let Tables { bodies, joints, particles, .. } = &self.tables;
         let is_within = |place: Vec3, most: f32| (place - origin).is_below(most);
@@ -85,7 +88,7 @@ impl World {
         if bodies && particles && pulleys {
             return Ok(());
         }
-        let allowed = "a place from which nothing is farther than 1e9 m, and no pulley than 1e7 m";
+        let allowed = "a point with everything within 1e9 m and every pulley within 1e7 m of it";
         Err(DefError::new("origin", format!("{origin:?}"), allowed))
     }
 
@@ -97,7 +100,7 @@ impl World {
             let (now, off) = told_from(body.center, origin);
             body.center = now;
             if off > 0.0 {
-                // It moved by so much against its box, and against others.
+                // Rounding moved it by up to `off` relative to its box and to other bodies.
                 body.room = less(body.room, off);
                 let way = &mut bodies.tracks[row].way;
                 *way = way.wrapping_add(Track::at_least(off * per_track));
@@ -108,11 +111,11 @@ impl World {
 }
 
 impl Clock {
-    /// Puts the origin of a world and of the poses that this clock keeps of it at `origin` [m, world]: see
-    /// [`World::shift_origin`]. Pictures go on between the last two steps.
+    /// Moves the origin of a world, and of the poses that this clock stores for it, to `origin` [m,
+    /// world]: see [`World::shift_origin`]. Interpolation between the last two steps continues.
     ///
     /// # Errors
-    /// Those of [`World::shift_origin`]; then nothing is changed.
+    /// The errors of [`World::shift_origin`]; then nothing is changed.
     pub fn shift_origin(
         &mut self,
         world: &mut World,
@@ -128,7 +131,7 @@ impl Clock {
     }
 }
 
-/// A place as it is told from another origin, and by how much rounding may have moved it [m].
+/// A position relative to another origin, and the maximum displacement by rounding [m].
 fn told_from(place: Vec3, origin: Vec3) -> (Vec3, f32) {
     let now = place - origin;
     let off = |now: f32, place: f32, origin: f32| {
@@ -140,11 +143,11 @@ fn told_from(place: Vec3, origin: Vec3) -> (Vec3, f32) {
     let off = off(now.x, place.x, origin.x)
         .max(off(now.y, place.y, origin.y))
         .max(off(now.z, place.z, origin.z));
-    // Along all three axes that is √3 times as much.
+    // Over all three axes the displacement is up to √3 times as large.
     (now, 2.0 * off)
 }
 
-/// A room [m] that is smaller by so much; 0: not known.
+/// A margin [m] reduced by `by`; 0: not known.
 fn less(room: f32, by: f32) -> f32 {
     (room - by).max(0.0)
 }

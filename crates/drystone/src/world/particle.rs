@@ -1,4 +1,4 @@
-//! Particles, their links and attachments, as the user sees and changes them.
+//! Public access to particles, their links and attachments.
 
 use super::World;
 use crate::base::id::{BodyId, LinkId, ParticleId};
@@ -10,7 +10,7 @@ use crate::state::particle_def::{LinkDef, LinkKind, ParticleDef, check_length, c
 use crate::state::particles::{Attachment, Link, Particle, Particles};
 use crate::state::tables::Tables;
 
-/// A particle, to read.
+/// A particle, read-only.
 #[derive(Clone, Copy, Debug)]
 pub struct ParticleRef<'w> {
     tables: &'w Tables,
@@ -31,7 +31,7 @@ impl ParticleRef<'_> {
         self.id
     }
 
-    /// Where it is [m, world].
+    /// Its position [m, world].
     #[must_use]
     pub fn position(&self) -> Vec3 {
         self.tables.particles.position(self.id.index() + 1)
@@ -43,38 +43,38 @@ impl ParticleRef<'_> {
         self.tables.particles.lines[self.line()].velocity()
     }
 
-    /// Its mass [kg], pinned or not.
+    /// Its mass [kg], also while it is pinned.
     #[must_use]
     pub const fn mass(&self) -> f32 {
         self.particle.mass
     }
 
-    /// How far its center keeps from shapes [m].
+    /// Distance that its center keeps from shapes [m].
     #[must_use]
     pub fn radius(&self) -> f32 {
         self.tables.particles.x[self.line()][3]
     }
 
-    /// Whether nothing but its own velocity moves it.
+    /// True if it is pinned: it moves only at its own velocity.
     #[must_use]
     pub const fn is_pinned(&self) -> bool {
         self.particle.pinned
     }
 
-    /// Whether it rests, and is left out of steps until something wakes it.
+    /// True if it is at rest and left out of steps until something wakes it.
     #[must_use]
     pub const fn is_asleep(&self) -> bool {
         self.particle.frozen
     }
 
-    /// True if its state became non-finite and it waits for a new place or velocity: until then no link or attachment
-    /// of it acts.
+    /// True if its state became non-finite, until it gets a new position or velocity. Until then
+    /// its links and attachment do not act.
     #[must_use]
     pub const fn is_faulted(&self) -> bool {
         self.particle.faulted
     }
 
-    /// Links that end at it.
+    /// Number of links that end at it.
     #[must_use]
     pub const fn link_count(&self) -> u32 {
         self.particle.links
@@ -85,7 +85,7 @@ impl ParticleRef<'_> {
         self.tables.particles.attachments.get(number as usize)
     }
 
-    /// The body that holds it, and where [m, frame of the body's origin].
+    /// The body to which it is attached, and the point [m, frame of the body's origin].
     #[must_use]
     pub fn attachment(&self) -> Option<(BodyId, Vec3)> {
         let held = self.held()?;
@@ -93,8 +93,8 @@ impl ParticleRef<'_> {
         Some((self.tables.bodies.id(held.body), held.anchor + body.local_center))
     }
 
-    /// Force of its attachment on the particle in the last substep [N, world]; the body gets the opposite.
-    /// Zero if it is not attached.
+    /// Force of its attachment on the particle in the last substep [N, world]; the body gets the
+    /// opposite. Zero if it is not attached.
     #[must_use]
     pub fn attachment_force(&self) -> Vec3 {
         match self.held() {
@@ -103,7 +103,7 @@ impl ParticleRef<'_> {
         }
     }
 
-    /// ½ m v² [J]; 0 if it is pinned.
+    /// Kinetic energy ½ m v² [J]; 0 if it is pinned.
     #[must_use]
     pub fn kinetic_energy(&self) -> f32 {
         if self.particle.pinned {
@@ -114,7 +114,7 @@ impl ParticleRef<'_> {
     }
 }
 
-/// A link, to read.
+/// A link, read-only.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkRef<'w> {
     tables: &'w Tables,
@@ -143,21 +143,21 @@ impl LinkRef<'_> {
         [id(a), id(b)]
     }
 
-    /// What it does.
+    /// Its kind.
     #[must_use]
     pub fn kind(&self) -> LinkKind {
         let (block, lane) = self.tables.particles.block_of(self.link);
         link_kind(block, lane)
     }
 
-    /// Its length [m]: what it keeps, allows or is drawn to.
+    /// Its length [m]: the fixed, maximum or rest length, depending on its kind.
     #[must_use]
     pub fn length(&self) -> f32 {
         let (block, lane) = self.tables.particles.block_of(self.link);
         block.length[lane]
     }
 
-    /// Distance of its particles [m].
+    /// Current distance of its particles [m].
     #[must_use]
     pub fn distance(&self) -> f32 {
         let [a, b] = self.ends();
@@ -165,8 +165,8 @@ impl LinkRef<'_> {
         (particles.position(b) - particles.position(a)).length()
     }
 
-    /// How far it is from what it asks [m]: of a rod either way, of a thread what it is too long. 0 of a
-    /// spring.
+    /// Constraint error [m]: the deviation of a rod from its length, or the excess of a thread. 0
+    /// for a spring.
     #[must_use]
     pub fn error(&self) -> f32 {
         let excess = self.distance() - self.length();
@@ -177,21 +177,21 @@ impl LinkRef<'_> {
         }
     }
 
-    /// What it pulled with in the last substep [N]; below 0: it pushed.
+    /// Tension in the last substep [N]; negative if it pushed.
     #[must_use]
     pub fn tension(&self) -> f32 {
         let (block, lane) = self.tables.particles.block_of(self.link);
         if self.h > 0.0 { bounded(-block.impulse[lane] / self.h) } else { 0.0 }
     }
 
-    /// ½ k x² of a spring [J]; else 0.
+    /// Elastic energy ½ k x² of a spring [J]; 0 for other links.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         link_energy(&self.tables.particles, self.link)
     }
 }
 
-/// A particle, to change. What is changed wakes it, and all that links hold to it.
+/// A particle, for changes. A change wakes it and all particles linked to it.
 #[derive(Debug)]
 pub struct ParticleMut<'w> {
     pub(super) world: &'w mut World,
@@ -200,7 +200,7 @@ pub struct ParticleMut<'w> {
 }
 
 impl ParticleMut<'_> {
-    /// The particle, to read.
+    /// The particle, read-only.
     #[must_use]
     pub fn get(&self) -> ParticleRef<'_> {
         let tables = &self.world.tables;
@@ -213,7 +213,7 @@ impl ParticleMut<'_> {
         let particle = particles.at_mut(self.line);
         particle.room = 0.0;
         if core::mem::replace(&mut particle.faulted, false) {
-            // It is of the strand of its links again, which may rest.
+            // It belongs to the strand of its links again, which may be at rest.
             particles.chains_changed = true;
             particles.wake_strand(self.line);
         } else {
@@ -251,10 +251,10 @@ impl ParticleMut<'_> {
         self.try_set_velocity(v)
     }
 
-    /// Gives it another mass [kg].
+    /// Sets its mass [kg].
     ///
     /// # Errors
-    /// A mass that is not from 1e-9 to 1e9 kg.
+    /// The mass is not from 1e-9 to 1e9 kg.
     pub fn set_mass(&mut self, mass: f32) -> Result<(), DefError> {
         check_mass(mass)?;
         let particle = self.touch();
@@ -264,16 +264,21 @@ impl ParticleMut<'_> {
         Ok(())
     }
 
-    /// Holds it at a point of a body [m, frame of the body's origin], wherever it is now: it is drawn there. It does not touch the
-    /// shapes of that body. An attachment that it has is replaced.
+    /// Attaches it to a point of a body [m, frame of the body's origin]. If it is elsewhere, the
+    /// attachment pulls it there. It does not collide with the shapes of that body. An existing
+    /// attachment is replaced.
     ///
     /// # Errors
-    /// A body that is not of this world; a point that is not finite.
+    /// The body is not of this world, or the point is not finite.
     pub fn attach(&mut self, body: BodyId, point: impl Into<Vec3>) -> Result<(), DefError> {
         let point = point.into();
         position("point", point)?;
         let Some(row) = self.world.tables.bodies.rows.row(body) else {
-            return Err(DefError::missing("body", body.index(), "a body of this world"));
+            return Err(DefError::missing(
+                "body",
+                format_args!("BodyId {}", body.index()),
+                "a body of this world",
+            ));
         };
         let line = self.line;
         let anchor = point - self.world.tables.bodies.at(row).local_center;
@@ -284,7 +289,7 @@ impl ParticleMut<'_> {
         Ok(())
     }
 
-    /// Lets it go from the body that holds it, and wakes both. False if none does.
+    /// Detaches it from its body, and wakes both. False if it is not attached.
     pub fn detach(&mut self) -> bool {
         let particles = &mut self.world.tables.particles;
         let Some(number) = particles.at(self.line).attachment.checked_sub(1) else { return false };
@@ -295,7 +300,7 @@ impl ParticleMut<'_> {
         true
     }
 
-    /// Pins it, or lets it go. One that was pinned goes on at its velocity.
+    /// Pins or unpins it. An unpinned particle continues at its velocity.
     pub fn set_pinned(&mut self, pinned: bool) {
         let particle = self.touch();
         particle.pinned = pinned;
@@ -330,8 +335,8 @@ impl World {
         Ok(self.tables.particles.insert(particle, def.position, def.velocity, def.radius))
     }
 
-    /// Removes a particle with its links and its attachment, and wakes what it was linked to. False if there
-    /// is no such particle.
+    /// Removes a particle with its links and its attachment, and wakes the linked particles. False
+    /// if there is no such particle.
     pub fn remove_particle(&mut self, id: ParticleId) -> bool {
         let particles = &mut self.tables.particles;
         let Some(slot) = particles.rows.row(id) else { return false };
@@ -358,23 +363,33 @@ impl World {
     /// Adds a link, and wakes its particles.
     ///
     /// # Errors
-    /// A particle that is not of this world, or the same one twice; a field that is out of range; no length
-    /// given and the particles at one point. Then nothing is added.
+    /// A particle is not of this world, or both are the same; a field is out of range; no length is
+    /// given and the particles are at one point. Then nothing is added.
     pub fn add_link(&mut self, def: LinkDef) -> Result<LinkId, DefError> {
         self.add_link_of(def, 0)
     }
 
-    /// Adds a link of a line of a cloth; 0: of none.
+    /// Adds a link that belongs to a line of a cloth; thread 0: to none.
     pub(super) fn add_link_of(&mut self, def: LinkDef, thread: u32) -> Result<LinkId, DefError> {
         def.validate()?;
         let particles = &mut self.tables.particles;
         let find = |name: &str, id: ParticleId| {
             let row = particles.rows.row(id);
-            row.ok_or_else(|| DefError::missing(name, id.index(), "a particle of this world"))
+            row.ok_or_else(|| {
+                DefError::missing(
+                    name,
+                    format_args!("ParticleId {}", id.index()),
+                    "a particle of this world",
+                )
+            })
         };
         let (a, b) = (find("a", def.a)? + 1, find("b", def.b)? + 1);
         if a == b {
-            return Err(DefError::unsuitable("b", "the same particle", "another particle than a"));
+            return Err(DefError::unsuitable(
+                "b",
+                "the same particle",
+                "a particle other than `a`",
+            ));
         }
         let apart = (particles.position(b) - particles.position(a)).length();
         let length = def.length.unwrap_or(apart);
@@ -396,7 +411,7 @@ impl World {
         particles.remove_link(id)
     }
 
-    /// Ends the attachments of a body that goes.
+    /// Removes the attachments of a body that is being removed.
     pub(super) fn detach_all(&mut self, body: u32) {
         let particles = &mut self.tables.particles;
         let mut i = 0;
@@ -421,7 +436,7 @@ impl World {
         Some(ParticleRef { tables, particle, id, h: tables.particles.last_h })
     }
 
-    /// The particle, to change it, unless it was removed.
+    /// The particle for changes, unless it was removed.
     #[must_use]
     pub fn particle_mut(&mut self, id: ParticleId) -> Option<ParticleMut<'_>> {
         let line = self.tables.particles.rows.row(id)? + 1;
@@ -443,7 +458,7 @@ impl World {
         Some(LinkRef { tables, link, id, h: tables.particles.last_h })
     }
 
-    /// The link, to change it, unless it was removed or torn.
+    /// The link for changes, unless it was removed or torn.
     #[must_use]
     pub fn link_mut(&mut self, id: LinkId) -> Option<LinkMut<'_>> {
         let row = self.tables.particles.links.row(id)?;
@@ -456,14 +471,15 @@ impl World {
         tables.particles.links.iter().map(move |(id, link)| LinkRef { tables, link, id, h })
     }
 
-    /// Deepest that the ball of a particle is in a shape now [m], in double what f32 rounds: 0 if none is.
+    /// Maximum depth of a particle's ball in a shape [m], computed in double precision; 0 if none
+    /// overlaps.
     #[must_use]
     pub fn particle_penetration(&self) -> f32 {
         crate::query::particles::penetration(&self.tables)
     }
 }
 
-/// A link, to change.
+/// A link, for changes.
 #[derive(Debug)]
 pub struct LinkMut<'w> {
     pub(super) world: &'w mut World,
@@ -472,7 +488,7 @@ pub struct LinkMut<'w> {
 }
 
 impl LinkMut<'_> {
-    /// The link, to read.
+    /// The link, read-only.
     #[must_use]
     pub fn get(&self) -> LinkRef<'_> {
         let tables = &self.world.tables;
@@ -495,7 +511,7 @@ impl LinkMut<'_> {
 }
 
 impl Particles {
-    /// For the hash of a state.
+    /// The words of the particles for the state hash.
     pub(super) fn words(&self) -> impl Iterator<Item = (u32, Vec3, Vec3)> {
         self.rows.iter().map(|(id, _)| {
             let line = id.index() + 1;

@@ -1,4 +1,4 @@
-//! What a shape is, changed while it lives: what it meets, what it weighs, where it is on its body and what form it has.
+//! Changes of a living shape: its filter, density, place on the body, and geometry.
 
 use super::add::rolling_radius;
 use super::mass::{check_mass, principal_moments};
@@ -17,8 +17,8 @@ use crate::state::shapes::ShapeRow;
 use crate::step::broadphase::rank;
 
 impl ShapeMut<'_> {
-    /// Lets it collide with others. Touches that may not be any longer end, and what it touched wakes; with what it overlaps
-    /// and may touch now it has contacts from the next step on.
+    /// Sets the collision filter. Contacts that are no longer allowed end, and the touched bodies
+    /// wake. Contacts with overlapping shapes that are now allowed start in the next step.
     pub fn set_filter(&mut self, filter: Filter) {
         if self.world.tables.shapes.at(self.row).filter == filter {
             return;
@@ -27,12 +27,12 @@ impl ShapeMut<'_> {
         let body = self.body();
         self.world.end_forbidden(body);
         self.meet_anew();
-        // Rules of surfaces go by layers.
+        // Surface rules depend on layers.
         self.refresh_contacts();
     }
 
-    /// Lets it see other things, as a sensor. What it may not see any longer leaves it; what it sees besides enters it in the
-    /// next step.
+    /// Sets the objects that it detects as a sensor. Objects that it may no longer detect leave it.
+    /// Objects that it also detects now enter it in the next step.
     pub fn set_senses(&mut self, senses: Senses) {
         let reports = self.get().reports();
         let packed = self.packed(&reports, senses);
@@ -45,7 +45,8 @@ impl ShapeMut<'_> {
         self.meet_anew();
     }
 
-    /// Lets [`ContactHooks`](crate::contact::ContactHooks) be asked for its contacts, or not. What touches it wakes.
+    /// Sets whether [`ContactHooks`](crate::contact::ContactHooks) are called for its contacts.
+    /// Touching bodies wake.
     pub fn set_hooks(&mut self, hooks: bool) {
         let shapes = &mut self.world.tables.shapes;
         let packed = shapes.at(self.row).reports.with_hooks(hooks);
@@ -54,11 +55,12 @@ impl ShapeMut<'_> {
         self.renew_contacts();
     }
 
-    /// Lets it hold only what comes from this direction [frame of the shape, any length], or from all sides. What touches it
-    /// wakes, and is asked anew.
+    /// Makes it block only shapes that come from the direction `front` [frame of the shape, any
+    /// length]; `None`: it blocks from all sides. Touching bodies wake, and their contacts are
+    /// decided again.
     ///
     /// # Errors
-    /// The direction is not finite or has no length; then nothing is changed.
+    /// The direction is not finite, or has no length; then nothing is changed.
     pub fn set_one_way(&mut self, front: Option<Vec3>) -> Result<(), DefError> {
         let front = front.map(check_front).transpose()?;
         self.world.tables.shapes.set_one_way(self.row, front);
@@ -66,9 +68,10 @@ impl ShapeMut<'_> {
         Ok(())
     }
 
-    /// Makes it a sensor, or a shape that touches. What it overlaps enters or begins to touch in the next step; what it
-    /// touched, or saw, ends. A sensor has no mass: that of its body follows, but a body whose last solid shape it was
-    /// keeps the mass it had. A piece of a glued body loses its bonds. The body wakes.
+    /// Makes it a sensor, or a solid shape. Its contacts or sensor overlaps end, and the new ones
+    /// begin in the next step. A sensor has no mass: the mass of the body is updated, but a body
+    /// that loses its last solid shape keeps its mass. A piece of a glued body loses its bonds. The
+    /// body wakes.
     ///
     /// # Errors
     /// The body's mass would be out of range; then nothing is changed.
@@ -78,7 +81,7 @@ impl ShapeMut<'_> {
             return Ok(());
         }
         self.check_change(|shape| shape.sensor = sensor)?;
-        // What they were tells what ends.
+        // The old kind of the shape determines which events end.
         self.world.end_contacts_of(body, Some(row));
         self.world.tables.shapes.at_mut(row).sensor = sensor;
         let tables = &mut self.world.tables;
@@ -90,18 +93,23 @@ impl ShapeMut<'_> {
         Ok(())
     }
 
-    /// Gives it another density [kg/m³]; at least 0 (0: no mass). Center of mass and inertia of a dynamic body follow, and its
-    /// mass unless that was given; one that was given in full stays. The body keeps its place, every point of it its
-    /// velocity. It wakes.
+    /// Sets its density [kg/m³], at least 0 (0: no mass). The center of mass and inertia of a
+    /// dynamic body are updated, and its mass unless that was given. An exact mass stays unchanged.
+    /// The body keeps its pose, and each point of it keeps its velocity. It wakes.
     ///
     /// # Errors
-    /// The density is out of range, or the body's mass would be; 0 on a body that breaks. Then nothing is changed.
+    /// The density or the body's mass is out of range, or the density of a breakable body is 0.
+    /// Then nothing is changed.
     pub fn set_density(&mut self, density: f32) -> Result<(), DefError> {
         within("density", density, &limits::DENSITY)?;
         let body = self.body();
         let tables = &self.world.tables;
         if tables.breakage.breaks(body) && !tables.shapes.at(self.row).sensor && !(density > 0.0) {
-            return Err(DefError::unsuitable("density", density, "above 0: each piece has a mass"));
+            return Err(DefError::unsuitable(
+                "density",
+                density,
+                "above 0, because each piece has a mass",
+            ));
         }
         self.check_change(|shape| shape.density = density)?;
         self.world.tables.shapes.at_mut(self.row).density = density;
@@ -109,12 +117,13 @@ impl ShapeMut<'_> {
         Ok(())
     }
 
-    /// Puts it elsewhere on its body [m, frame of the body's origin]. Touches stay where the shapes still touch. Center of
-    /// mass and inertia of a dynamic body follow, as with [`Self::set_density`]. It wakes, with what the shape touches.
+    /// Sets its pose on its body [m, frame of the body's origin]. Contacts continue where the
+    /// shapes still touch. The center of mass and inertia of a dynamic body are updated as with
+    /// [`Self::set_density`]. The body and the bodies that the shape touches wake.
     ///
     /// # Errors
-    /// A number is not finite or too large, the rotation is not a unit quaternion, the body's mass would be out of range, or
-    /// bonds hold the shape. Then nothing is changed.
+    /// A number is not finite or too large, the rotation is not a unit quaternion, the body's mass
+    /// would be out of range, or bonds hold the shape. Then nothing is changed.
     pub fn set_local_pose(&mut self, pose: Pose) -> Result<(), DefError> {
         position("pose.position", pose.position)?;
         unit("pose.rotation", pose.rotation)?;
@@ -130,13 +139,15 @@ impl ShapeMut<'_> {
         Ok(())
     }
 
-    /// Gives it another form. Touches stay where the shapes still touch, but for those of what becomes, or was, a mesh or a
-    /// half-space. Center of mass and inertia of a dynamic body follow, as with [`Self::set_density`], and its mass unless that
-    /// was given. It wakes, with what the shape touches.
+    /// Replaces its geometry. Contacts continue where the shapes still touch, except if the old or
+    /// the new geometry is a mesh or a half-space. The center of mass and inertia of a dynamic body
+    /// are updated as with [`Self::set_density`], and its mass unless that was given. The body and
+    /// the bodies that the shape touches wake.
     ///
     /// # Errors
-    /// A number of the form is out of range, the body cannot have such a shape, its mass would be out of range, bonds hold the
-    /// shape, or the body fractures and this is no box or hull. Then nothing is changed.
+    /// A number of the geometry or the body's mass would be out of range; the body cannot have such
+    /// a shape; bonds hold the shape; or the body fractures and the geometry is not a box or hull.
+    /// Then nothing is changed.
     pub fn set_geometry(&mut self, form: Shape) -> Result<(), DefError> {
         check_shape(&form)?;
         let body = self.body();
@@ -150,7 +161,7 @@ impl ShapeMut<'_> {
             return Err(DefError::unsuitable(
                 "shape",
                 form.kind(),
-                "a box or hull on what fractures",
+                "a box or hull on a body that fractures",
             ));
         }
         let solid = tables.shapes.solid(&form);
@@ -173,8 +184,9 @@ impl ShapeMut<'_> {
         Ok(())
     }
 
-    /// Takes it out of the world (false), or puts it back (true). What is out touches nothing, and no query finds it; its
-    /// body keeps it, and the mass that it has by it. Its touches end, and what it touched wakes, with the body.
+    /// Disables (false) or enables (true) the shape. A disabled shape touches nothing, and no query
+    /// finds it. It stays on its body and keeps its share of the mass. Its contacts end, and the
+    /// touched bodies and its own body wake.
     pub fn set_enabled(&mut self, enabled: bool) {
         let (row, body) = (self.row, self.body());
         if self.world.tables.shapes.at(row).enabled == enabled {
@@ -184,7 +196,7 @@ impl ShapeMut<'_> {
             self.world.end_contacts_of(body, Some(row));
             let tables = &mut self.world.tables;
             tables.bounds.remove(row, &tables.shapes);
-            // Particles that rest on it look again.
+            // Particles at rest on it check their contacts again.
             tables.bounds.fixed_changes += 1;
         }
         let tables = &mut self.world.tables;
@@ -200,7 +212,8 @@ impl ShapeMut<'_> {
         self.world.tables.shapes.at(self.row).body
     }
 
-    /// A piece of a glued body has bonds at its faces: they would hold nothing.
+    /// Refuses a piece of a glued body. Its bonds lie at its faces, and would hold nothing after
+    /// the change.
     fn check_bonds(&self) -> Result<(), DefError> {
         let glued = self.world.tables.breakage.glued.get(&self.body());
         let is_bound = glued.is_some_and(|glued| {
@@ -213,7 +226,7 @@ impl ShapeMut<'_> {
         Err(DefError::unsuitable("shape", "a piece of a glued body", "a shape that no bond holds"))
     }
 
-    /// Checks the mass that the body of a shape changed so would have.
+    /// Checks the mass that the body of the shape would have after a change.
     fn check_change(&mut self, change: impl FnOnce(&mut ShapeRow)) -> Result<(), DefError> {
         let body = self.body();
         let row = self.world.tables.shapes.at_mut(self.row);
@@ -226,20 +239,20 @@ impl ShapeMut<'_> {
         let owner = self.world.tables.bodies.at(body);
         match made {
             Some(mass) => check_mass(mass.mass, principal_moments(&mass).0),
-            // One that becomes a sensor goes as a shape that is removed.
+            // A shape that becomes a sensor counts like a removed one.
             None if owner.kind == BodyKind::Dynamic
                 && owner.mass_source == MassSource::Shapes
                 && was_solid
                 && is_solid =>
             {
-                let allowed = "shapes with volume and density, or a mass given in full";
+                let allowed = "above 0: add shapes with volume and density, or give an exact mass";
                 Err(DefError::unsuitable("mass", 0.0, allowed))
             }
             None => Ok(()),
         }
     }
 
-    /// The mass of the body, how far it reaches and its boxes follow; it wakes.
+    /// Updates the mass, extent and boxes of the body, and wakes it.
     fn follow(&mut self) {
         let body = self.body();
         let before = self.world.tables.bodies.at(body).mass;
@@ -250,14 +263,14 @@ impl ShapeMut<'_> {
         }
         let tables = &mut self.world.tables;
         if let Some(glued) = tables.breakage.glued.get_mut(&body) {
-            // Loads were those of other masses.
+            // The stored loads belong to the old masses.
             glued.give.clear();
             glued.lack.clear();
         }
         self.world.sets().wake(body);
     }
 
-    /// It looks for pairs in the next step.
+    /// Makes the shape search for pairs in the next step.
     fn meet_anew(&mut self) {
         let tables = &mut self.world.tables;
         let shape = tables.shapes.at(self.row);
@@ -265,11 +278,12 @@ impl ShapeMut<'_> {
             let fat = shape.fat;
             tables.bounds.replace(self.row, fat, &mut tables.shapes);
         }
-        // Particles that rest on it look again.
+        // Particles at rest on it check their contacts again.
         tables.bounds.fixed_changes += 1;
     }
 
-    /// Its contacts get new manifolds in the next step, and keep what they carry; what it touches wakes.
+    /// Rebuilds the manifolds of its contacts in the next step. They keep their impulses, and the
+    /// touched bodies wake.
     fn renew_contacts(&mut self) {
         let body = self.body();
         for row in self.contacts() {

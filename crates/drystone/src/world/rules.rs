@@ -1,4 +1,4 @@
-//! Rules between pairs: two bodies that never meet, and what surfaces of some layers do to each other.
+//! Rules for pairs: bodies that never collide, and surface properties between layers.
 
 use super::World;
 use crate::base::id::BodyId;
@@ -7,13 +7,15 @@ use crate::state::material::SurfaceRule;
 use crate::state::shapes::{PairSurface, Shapes};
 use crate::state::tables::Tables;
 
-/// So many rules of surfaces at most: each new contact is compared with all of them.
+/// Maximum number of surface rules. Each new contact is compared with all of them.
 const MOST_RULES: usize = 256;
 
 impl World {
-    /// Lets two bodies collide, or never, whatever their filters say: a thrower and what it throws, for example. Both wake if
-    /// that changes something; touches that may not be any longer end. The rule lasts until one of the bodies is removed;
-    /// pieces that come off a body do not take it over. False if one of them is not of this world, or both are the same.
+    /// Sets whether two bodies may collide, in addition to their filters. For example, a thrower
+    /// and its projectile need not collide. If that changes something, both wake, and contacts that
+    /// are no longer allowed end. The rule lasts until one of the bodies is removed; pieces of a
+    /// broken body do not inherit it. False if one of them is not of this world, or both are the
+    /// same.
     ///
     /// ```
     /// use drystone::{BodyDef, ShapeDef, World};
@@ -39,7 +41,7 @@ impl World {
             self.sets().wake(a);
             self.sets().wake(b);
             self.end_forbidden(a);
-            // They look for pairs again.
+            // Both bodies search for pairs again.
             for body in [a, b] {
                 self.refresh_bounds(body);
             }
@@ -47,7 +49,7 @@ impl World {
         true
     }
 
-    /// False if two bodies were told never to collide: see [`Self::set_bodies_collide`].
+    /// False if the two bodies are set to never collide: see [`Self::set_bodies_collide`].
     #[must_use]
     pub fn bodies_collide(&self, a: BodyId, b: BodyId) -> bool {
         let bodies = &self.tables.bodies;
@@ -55,7 +57,7 @@ impl World {
         rows.is_none_or(|(a, b)| !bodies.are_strangers(a, b))
     }
 
-    /// Replaces the rules of surfaces, 256 at most. What touches and now has another surface wakes.
+    /// Replaces the surface rules, at most 256. Bodies whose contacts get another surface wake.
     ///
     /// ```
     /// use drystone::World;
@@ -72,7 +74,7 @@ impl World {
     /// A coefficient is out of range, or there are too many rules. Then nothing is changed.
     pub fn set_surface_rules(&mut self, rules: Vec<SurfaceRule>) -> Result<(), DefError> {
         if rules.len() > MOST_RULES {
-            return Err(DefError::new("rules", rules.len(), "at most 256"));
+            return Err(DefError::new("rules", rules.len(), "at most 256 in number"));
         }
         rules.iter().try_for_each(SurfaceRule::validate)?;
         let all: Vec<u32> = self.tables.contacts.iter().map(|(row, _)| row).collect();
@@ -80,9 +82,10 @@ impl World {
         Ok(())
     }
 
-    /// Gives the surfaces of two bodies a rule of their own, which counts before those of layers; where it says nothing, those and
-    /// the materials do. `None` takes it back. Both wake if they touch and that changes something. It lasts until one of the
-    /// bodies is removed; pieces that come off a body do not take it over.
+    /// Sets a surface rule for two bodies, which takes precedence over the rules of layers. Values
+    /// that it does not set come from those rules and the materials. `None` removes it. Both bodies
+    /// wake if they touch and that changes something. The rule lasts until one of the bodies is
+    /// removed; pieces of a broken body do not inherit it.
     ///
     /// ```
     /// use drystone::{BodyDef, ShapeDef, World};
@@ -104,8 +107,8 @@ impl World {
     /// ```
     ///
     /// # Errors
-    /// A number of the rule is out of range, one of the bodies is not of this world, or both are the same. Then nothing is
-    /// changed.
+    /// A number of the rule is out of range, one of the bodies is not of this world, or both are
+    /// the same. Then nothing is changed.
     pub fn set_surface_between(
         &mut self,
         a: BodyId,
@@ -115,11 +118,17 @@ impl World {
         rule.as_ref().map_or(Ok(()), SurfaceRule::validate)?;
         let row = |name, id: BodyId| {
             let row = self.tables.bodies.rows.row(id);
-            row.ok_or_else(|| DefError::missing(name, id.index(), "a body of this world"))
+            row.ok_or_else(|| {
+                DefError::missing(
+                    name,
+                    format_args!("BodyId {}", id.index()),
+                    "a body of this world",
+                )
+            })
         };
         let (a, b) = (row("a", a)?, row("b", b)?);
         if a == b {
-            return Err(DefError::unsuitable("b", "the same body", "another body than a"));
+            return Err(DefError::unsuitable("b", "the same body", "a body other than `a`"));
         }
         let contacts = &self.tables.contacts;
         let of_a = contacts.of_body(self.tables.bodies.at(a)).map(|(row, _)| row);
@@ -135,14 +144,15 @@ impl World {
         Ok(())
     }
 
-    /// The rule of the surfaces of two bodies, if they have one of their own: see [`Self::set_surface_between`].
+    /// The surface rule for two bodies, if there is one: see [`Self::set_surface_between`].
     #[must_use]
     pub fn surface_between(&self, a: BodyId, b: BodyId) -> Option<SurfaceRule> {
         let (a, b) = self.tables.bodies.rows.row(a).zip(self.tables.bodies.rows.row(b))?;
         self.tables.shapes.between.get(&(a.min(b), a.max(b))).copied()
     }
 
-    /// Changes rules. Those of some contacts that have another surface then get it, and their bodies wake.
+    /// Changes rules, updates the surfaces of these contacts, and wakes the bodies of contacts
+    /// whose surface changed.
     fn change_rules(&mut self, contacts: &[u32], change: impl FnOnce(&mut Shapes)) {
         let tables = &self.tables;
         let surface_of = |tables: &Tables, row: u32| {
@@ -164,7 +174,7 @@ impl World {
         }
     }
 
-    /// The rules of surfaces, in the order in which they are asked.
+    /// The surface rules, in order of precedence.
     #[must_use]
     pub fn surface_rules(&self) -> &[SurfaceRule] {
         &self.tables.shapes.rules

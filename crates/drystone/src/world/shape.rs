@@ -1,4 +1,4 @@
-//! A shape as the user changes it.
+//! Public access to a shape for changes.
 
 use super::World;
 use crate::base::id::ShapeId;
@@ -8,7 +8,7 @@ use crate::state::def::{DefError, velocity};
 use crate::state::material::Material;
 use crate::state::reports::{ContactReports, PackedReports, Senses};
 
-/// A shape of a body, to change.
+/// A shape of a body, for changes.
 #[derive(Debug)]
 pub struct ShapeMut<'w> {
     pub(super) world: &'w mut World,
@@ -21,7 +21,7 @@ impl<'w> ShapeMut<'w> {
         Some(Self { world, row })
     }
 
-    /// The shape, to read.
+    /// The shape, read-only.
     #[must_use]
     pub fn get(&self) -> ShapeRef<'_> {
         ShapeRef::at(&self.world.tables, self.row)
@@ -32,8 +32,9 @@ impl<'w> ShapeMut<'w> {
         self.world.tables.shapes.at_mut(self.row).user_data = data;
     }
 
-    /// Lets its contacts give other events, from the next step on. A touch under way is told with that step: to end, if touches are
-    /// reported no longer; to begin, if they are from now on.
+    /// Sets the events that its contacts report, from the next step on. An active contact is
+    /// reported with that step: as ended if contacts are no longer reported, as begun if they are
+    /// reported now.
     ///
     /// # Errors
     /// The speed is out of range; then nothing is changed.
@@ -47,7 +48,7 @@ impl<'w> ShapeMut<'w> {
         Ok(())
     }
 
-    /// Gives it another surface, from the next step on; what it touches wakes.
+    /// Sets its surface, from the next step on. Touching bodies wake.
     ///
     /// # Errors
     /// A field is out of range; then nothing is changed.
@@ -82,7 +83,7 @@ impl<'w> ShapeMut<'w> {
         packed.with_hooks(before.has_hooks())
     }
 
-    /// Rows of its contacts, those of all parts.
+    /// Rows of its contacts, including secondary manifolds.
     pub(super) fn contacts(&self) -> Vec<u32> {
         let tables = &self.world.tables;
         let body = tables.shapes.at(self.row).body;
@@ -94,7 +95,7 @@ impl<'w> ShapeMut<'w> {
         rows.filter(of_shape).collect()
     }
 
-    /// The pairs it is in take over its surface; it and what it touches wake.
+    /// Updates the surface of its contacts. Its body and touching bodies wake.
     pub(super) fn refresh_contacts(&mut self) {
         let body = self.world.tables.shapes.at(self.row).body;
         let rows = self.contacts();

@@ -1,4 +1,4 @@
-//! Snapshots: a whole world as bytes, and a world from them.
+//! Snapshots: conversion of a whole world to bytes and back.
 
 use std::borrow::Cow;
 
@@ -14,31 +14,31 @@ use crate::state::tables::Tables;
 
 /// First bytes of a snapshot.
 const MAGIC: [u8; 8] = *b"drystone";
-/// Of the layout; goes up whenever anything that is saved changes.
+/// Version of the layout; it increases whenever anything that is saved changes.
 const VERSION: u32 = 7;
 /// Magic, version, checksum.
 const HEADER: usize = 8 + 4 + 8;
 
-/// Why bytes are no world.
+/// Reason why bytes are not a world.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SnapshotError {
     /// They are not a snapshot.
     NotASnapshot,
-    /// They are a snapshot of another version of the layout: theirs, and the one that is read.
+    /// They are a snapshot of an unsupported version of the layout.
     Version {
-        /// Theirs.
+        /// Version of the snapshot.
         found: u32,
-        /// The one that is read.
+        /// Supported version.
         read: u32,
     },
-    /// They were cut off or changed since they were written.
+    /// They were truncated or changed after they were written.
     Damaged,
-    /// They say what no world can be.
+    /// They contain values that no world can have.
     Unsound(&'static str),
-    /// They name a hull or mesh that the library given does not have.
+    /// They refer to a hull or mesh that the given library does not contain.
     MissingGeometry {
-        /// Its name.
+        /// Key of the hull or mesh.
         key: GeometryKey,
     },
 }
@@ -48,7 +48,7 @@ impl core::fmt::Display for SnapshotError {
         match self {
             Self::NotASnapshot => write!(f, "this is no snapshot of a world"),
             Self::Version { found, read } => {
-                write!(f, "the snapshot has version {found}, allowed is version {read}")
+                write!(f, "the snapshot must have version {read} (got {found})")
             }
             Self::Damaged => write!(f, "the snapshot was cut off or changed"),
             Self::Unsound(what) => write!(f, "the snapshot is of no world: {what}"),
@@ -61,7 +61,7 @@ impl core::fmt::Display for SnapshotError {
 
 impl core::error::Error for SnapshotError {}
 
-/// What is saved of a world: all that outlives a step.
+/// The saved part of a world: all state that outlives a step.
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Saved<'a> {
     tables: Cow<'a, Tables>,
@@ -70,7 +70,7 @@ struct Saved<'a> {
     shapes: SavedShapes<'a>,
 }
 
-/// Bytes are added to a list that is there.
+/// Appends bytes to an existing list.
 struct Append<'a>(&'a mut Vec<u8>);
 
 impl Flavor for Append<'_> {
@@ -104,7 +104,7 @@ pub(super) fn checksum(bytes: &[u8]) -> u64 {
     hash.finish()
 }
 
-/// Takes the first `N` bytes off.
+/// Removes the first `N` bytes and returns them.
 pub(super) fn split<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
     let (first, rest) = bytes.split_first_chunk::<N>()?;
     *bytes = rest;
@@ -112,11 +112,13 @@ pub(super) fn split<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
 }
 
 impl World {
-    /// The whole world as bytes, the same on every machine of as many threads (with more of them, contacts stand in
-    /// another order, which shows in no result): from them [`World::restore`] makes one that goes on with
-    /// the same bits, whose ids are those of this one, so that what a user holds stays valid. Hulls and meshes are in
-    /// it once each. Left out are the executor and the SIMD level, which change no result, and the books of
-    /// [`World::begin_ledger`].
+    /// The whole world as bytes. [`World::restore`] turns them into a world that continues with the
+    /// same bits and the same ids, so ids held by the program stay valid. Each hull and mesh is
+    /// stored once. The executor and the SIMD level, which change no result, and the ledger of
+    /// [`World::begin_ledger`] are not stored.
+    ///
+    /// Bytes are identical across machines for equal thread counts. Other thread counts may order
+    /// contacts differently; results do not change.
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -145,14 +147,15 @@ impl World {
         bytes
     }
 
-    /// [`Self::snapshot`] into a list that is there, whose bytes it replaces.
+    /// Like [`Self::snapshot`], and replaces the content of an existing list.
     pub fn snapshot_into(&self, bytes: &mut Vec<u8>) {
         self.snapshot_with(&Library::default(), bytes);
     }
 
-    /// [`Self::snapshot_into`], but for hulls and meshes that `library` has: those are named, and to restore the world
-    /// takes a library that has them too. The others are in it. It must have the very ones that shapes of this world
-    /// share ([`Library::add_world`]), not others of the same form.
+    /// Like [`Self::snapshot_into`], with references to the hulls and meshes in `library` in place
+    /// of copies. Restoring the world requires a library that contains them. Other hulls and meshes
+    /// are stored. The library must contain the very objects that shapes of this world share
+    /// ([`Library::add_world`]), not equal copies.
     pub fn snapshot_with(&self, library: &Library, bytes: &mut Vec<u8>) {
         let saved = Saved {
             tables: Cow::Borrowed(&self.tables),
@@ -163,7 +166,7 @@ impl World {
         bytes.clear();
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
-        // Of what is yet to come.
+        // Space for the checksum.
         bytes.extend_from_slice(&[0; 8]);
         postcard::serialize_with_flavor(&saved, Append(bytes))
             .expect("tables of numbers and lists can be written");
@@ -171,28 +174,30 @@ impl World {
         bytes[HEADER - 8..HEADER].copy_from_slice(&sum.to_le_bytes());
     }
 
-    /// The world of a [`World::snapshot`], whoever wrote it: what is no world is refused, not trusted. It steps on
-    /// the calling thread until it is given another executor.
+    /// Restores the world of a [`World::snapshot`]. The bytes need not be trusted: invalid ones are
+    /// refused. The world steps on the calling thread until it gets another executor.
     ///
     /// # Errors
-    /// Why the bytes are no world.
+    /// Reason why the bytes are not a world.
     pub fn restore(bytes: &[u8]) -> Result<Self, SnapshotError> {
         Self::read(bytes, &Library::default())
     }
 
-    /// Goes back to the world of a snapshot. This world keeps its memory, its executor and its SIMD level; books that were
-    /// open are closed.
+    /// Returns to the world of a snapshot. This world keeps its memory, its executor and its SIMD
+    /// level. An open ledger is closed.
     ///
     /// # Errors
-    /// Why the bytes are no world; then this one is as it was.
+    /// Reason why the bytes are not a world; then this world is unchanged.
     pub fn restore_from(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         self.restore_with(&Library::default(), bytes)
     }
 
-    /// [`Self::restore_from`] a snapshot that names hulls and meshes of `library`: see [`Self::snapshot_with`].
+    /// Like [`Self::restore_from`], for a snapshot with references to hulls and meshes of
+    /// `library`: see [`Self::snapshot_with`].
     ///
     /// # Errors
-    /// Why the bytes are no world, or which hull or mesh is missing; then this world is as it was.
+    /// Reason why the bytes are not a world, or which hull or mesh is missing; then this world is
+    /// unchanged.
     pub fn restore_with(&mut self, library: &Library, bytes: &[u8]) -> Result<(), SnapshotError> {
         let world = Self::read(bytes, library)?;
         self.copy_state(&world);
@@ -214,7 +219,7 @@ impl World {
         Self::decode(bytes, library)
     }
 
-    /// The world of what follows the header.
+    /// Decodes the world that follows the header.
     fn decode(bytes: &[u8], library: &Library) -> Result<Self, SnapshotError> {
         let unread = |_| SnapshotError::Unsound("a list or a number is not what it should be");
         let (saved, rest) = postcard::take_from_bytes::<Saved<'_>>(bytes).map_err(unread)?;
@@ -252,7 +257,7 @@ mod tests {
 
     const DT: f32 = 1.0 / 60.0;
 
-    /// A little of everything, after some steps.
+    /// A world with some objects of every type, after some steps.
     fn everything(method: &str) -> World {
         let method = Method::named(method).unwrap();
         let mut world = World::new(WorldConfig { method, ..WorldConfig::default() }).unwrap();
@@ -362,7 +367,7 @@ mod tests {
         assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);
     }
 
-    /// With the checksum made right: a stranger can do that. What is taken for a world must be one.
+    /// The checksum is correct, as in a forged file. Accepted bytes must give a valid world.
     #[test]
     fn changed_bytes_are_refused_or_give_a_world_that_steps() {
         let count = std::env::var("DRYSTONE_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(400);
@@ -435,7 +440,8 @@ mod tests {
         change(Arc::make_mut(hulls.next().unwrap()));
     }
 
-    /// Finite numbers too may be none that a step can compute with: a normal that is no direction makes forces of none.
+    /// Some finite numbers are invalid in a step too: a normal that is not a unit vector would
+    /// generate energy.
     #[test]
     fn numbers_that_no_step_can_leave_are_refused() {
         type Change = (&'static str, fn(&mut Tables));
@@ -450,7 +456,7 @@ mod tests {
             ("friction", |t| press(t, |c| c.friction = f32::INFINITY)),
             ("kinetic friction", |t| press(t, |c| c.kinetic = 2.0)),
             ("restitution", |t| press(t, |c| c.restitution = 1.0e9)),
-            // Some are numbers that another pair could have.
+            // Some of these numbers would be valid for another pair.
             ("restitution of others", |t| press(t, |c| c.restitution = 1.0e-30)),
             ("resistance of others", |t| press(t, |c| c.rolling += 1.0e-3)),
             ("base of others", |t| press(t, |c| c.round_patch = !c.round_patch)),

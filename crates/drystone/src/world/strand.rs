@@ -14,22 +14,22 @@ use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct RopeDef {
-    /// Where it begins [m, world].
+    /// Position of the first end [m, world].
     pub from: Vec3,
-    /// Where it ends [m, world].
+    /// Position of the last end [m, world].
     pub to: Vec3,
-    /// Number of links, 1 to 1,000,000; particles are one more.
+    /// Number of links, 1 to 1,000,000. The number of particles is one more.
     pub links: usize,
-    /// Its length [m]; `None` (the default): from one end to the other. One that is longer hangs slack at
-    /// first: its particles are put on the straight line.
+    /// Length of the rope [m]; `None` (the default): the distance of its ends. The particles start
+    /// on the straight line, so a longer rope is slack at first.
     pub length: Option<f32>,
-    /// Mass of all of it [kg], spread evenly over its particles; default 1.
+    /// Total mass [kg], spread evenly over the particles; default 1.
     pub mass: f32,
-    /// What its links do; default [`LinkKind::AtMost`].
+    /// Kind of the links; default [`LinkKind::AtMost`].
     pub kind: LinkKind,
-    /// Its first and its last particle are pinned; default neither.
+    /// Whether the first and the last particle are pinned; default neither.
     pub pinned: [bool; 2],
-    /// All else of its particles; default radius 0.02 m.
+    /// Other settings of the particles; default radius 0.02 m.
     pub particle: ParticleDef,
     /// See [`LinkDef::tear_strain`].
     pub tear_strain: Option<f32>,
@@ -56,35 +56,37 @@ impl RopeDef {
     }
 }
 
-/// A rectangle of cloth: a grid of particles with links along it (stretch), across it (shear) and over two
-/// (bend).
+/// A rectangle of cloth: a grid of particles. Links connect neighbors (stretch), diagonals (shear)
+/// and particles two squares apart (bend).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ClothDef {
-    /// Its first corner [m, world].
+    /// Position of the first corner [m, world].
     pub corner: Vec3,
-    /// Its sides, from there [m, world].
+    /// The two sides, as vectors from the first corner [m, world].
     pub sides: [Vec3; 2],
-    /// Squares along each side, each 1 to 4,000.
+    /// Number of squares along each side, each 1 to 4,000.
     pub squares: [usize; 2],
-    /// Mass of all of it [kg], spread evenly over its particles; default 1.
+    /// Total mass [kg], spread evenly over the particles; default 1.
     pub mass: f32,
-    /// Links along its threads; default [`LinkKind::AtMost`].
+    /// Kind of the links along the threads; default [`LinkKind::AtMost`].
     pub stretch: LinkKind,
-    /// Links across the squares; `None`: none. Default: springs of 20 Hz.
+    /// Kind of the diagonal links; `None`: no such links. Default: springs of 20 Hz.
     pub shear: Option<LinkKind>,
-    /// Links over two squares, which resist bending; `None`: none. Default: springs of 5 Hz.
+    /// Kind of the links over two squares, which resist bending; `None`: no such links. Default:
+    /// springs of 5 Hz.
     pub bend: Option<LinkKind>,
-    /// All else of its particles; default radius 0.02 m, damping 0.1/s.
+    /// Other settings of the particles; default radius 0.02 m, damping 0.1/s.
     pub particle: ParticleDef,
-    /// See [`LinkDef::tear_strain`]; of the links along its threads.
+    /// See [`LinkDef::tear_strain`]; for the links along the threads.
     pub tear_strain: Option<f32>,
-    /// See [`LinkDef::tear_force`]; of the links along its threads.
+    /// See [`LinkDef::tear_force`]; for the links along the threads.
     pub tear_force: Option<f32>,
 }
 
 impl ClothDef {
-    /// A cloth with this corner [m, world], these sides [m, world] and as many squares along them.
+    /// A cloth with this corner [m, world], these sides [m, world] and these numbers of squares
+    /// along them.
     #[must_use]
     pub fn new(corner: impl Into<Vec3>, sides: [Vec3; 2], squares: [usize; 2]) -> Self {
         let spring = |hertz: f32| LinkSpring::Frequency { hertz, damping_ratio: 0.5 };
@@ -107,18 +109,18 @@ impl ClothDef {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Strand {
-    /// The particles: of a rope from its first end, of a cloth row by row along its first side.
+    /// The particles: a rope's from its first end, a cloth's row by row along its first side.
     pub particles: Vec<ParticleId>,
-    /// The links: of a rope from its first end; of a cloth those along the first side, along the second,
-    /// across the squares, over two.
+    /// The links: a rope's from its first end; a cloth's along the first side, along the second
+    /// side, across the squares, and over two squares.
     pub links: Vec<LinkId>,
 }
 
-/// Most links of a rope, squares along a cloth's side.
+/// Maximum number of links of a rope.
 const MOST_LINKS: usize = 1_000_000;
 const MOST_SQUARES: usize = 4000;
 
-/// Most squares of a cloth in all: some hundred megabytes.
+/// Maximum number of squares of a cloth in total; they take some hundred megabytes.
 const MOST_SQUARES_IN_ALL: usize = 1_000_000;
 
 #[expect(clippy::cast_precision_loss, reason = "far below 2^24")]
@@ -137,7 +139,7 @@ impl World {
     /// The first field that is out of range; then nothing is added.
     pub fn add_rope(&mut self, def: RopeDef) -> Result<Strand, DefError> {
         if !(1..=MOST_LINKS).contains(&def.links) {
-            return Err(DefError::new("links", def.links, "1 to 1,000,000"));
+            return Err(DefError::new("links", def.links, "a number from 1 to 1,000,000"));
         }
         position("from", def.from)?;
         position("to", def.to)?;
@@ -175,7 +177,7 @@ impl World {
         let [n, m] = def.squares;
         let fits = (1..=MOST_SQUARES).contains(&n) && (1..=MOST_SQUARES).contains(&m);
         if !(fits && n * m <= MOST_SQUARES_IN_ALL) {
-            let allowed = "1 to 4,000 a side, 1,000,000 in all";
+            let allowed = "1 to 4,000 per side and at most 1,000,000 in total";
             return Err(DefError::new("squares", format!("{n} by {m}"), allowed));
         }
         position("corner", def.corner)?;
@@ -192,11 +194,11 @@ impl World {
                     strand.particles.push(world.add_particle(particle)?);
                 }
             }
-            // Its lines are solved as chains.
+            // The rows and columns are solved as chains.
             let rows = world.tables.particles.threads.wrapping_add(1);
             let columns = rows.wrapping_add(number(m + 1));
             world.tables.particles.threads = columns.wrapping_add(number(n));
-            // Each offset by its kind; one color after the other fills up.
+            // The links are added by kind and offset, so that the colors fill one after the other.
             let tears = (def.tear_strain, def.tear_force);
             let threads = [(1, 0, Some(def.stretch), tears), (0, 1, Some(def.stretch), tears)];
             let across = [(1, 1, def.shear, (None, None)), (-1, 1, def.shear, (None, None))];
@@ -228,7 +230,8 @@ impl World {
         made.map(|()| strand)
     }
 
-    /// Adds a particle at each of these points [m, world], all else as `def` says: dust.
+    /// Adds a particle at each of these points [m, world], with the other settings of `def`. Use it
+    /// for dust.
     ///
     /// # Errors
     /// The first field or point that is out of range; then nothing is added.
@@ -248,7 +251,7 @@ impl World {
         made.map(|()| strand.particles)
     }
 
-    /// Takes out again what `make` added if it fails.
+    /// Removes the additions of `make` if it fails.
     fn fill(
         &mut self,
         strand: &mut Strand,

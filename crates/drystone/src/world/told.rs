@@ -1,4 +1,5 @@
-//! Keeps what calls of each frame are refused for: a fault of the next step, which names the call and whom it was made of.
+//! Records a fault of the next step for each refused per-frame call. The fault names the call and
+//! the object.
 
 use super::World;
 use super::body::BodyMut;
@@ -10,7 +11,7 @@ use crate::base::id::{BodyId, JointId, ParticleId};
 use crate::state::def::DefError;
 use crate::state::events::{Fault, FaultKind, FrameCall};
 
-/// Whom a call is made of: whom its fault names. Nobody: the world.
+/// The object of a call, which its fault names. All `None`: the world.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Whom {
     body: Option<BodyId>,
@@ -18,13 +19,13 @@ pub(super) struct Whom {
     particle: Option<ParticleId>,
 }
 
-/// What has calls of each frame.
+/// A type with per-frame calls.
 pub(super) trait Told: Sized {
     fn whom(&self) -> Whom;
 
     fn world(&mut self) -> &mut World;
 
-    /// Makes a call, and notes it if it was refused.
+    /// Makes a call and records a fault if it was refused.
     fn told(
         &mut self,
         call: FrameCall,
@@ -108,7 +109,7 @@ impl Told for AxisMut<'_, '_> {
 }
 
 impl World {
-    /// Keeps a fault for the next step, if a call was refused; gives back what it was given.
+    /// Records a fault for the next step if `done` is an error. Returns `done`.
     fn note_refused(
         &mut self,
         done: Result<(), DefError>,

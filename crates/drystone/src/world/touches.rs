@@ -1,5 +1,5 @@
-//! Touches that are under way when shapes change what they report: each one that is told to begin is told to end, and none ends that
-//! was not told.
+//! Begin and end events of active contacts of shapes whose reports change. Each reported begin gets
+//! an end, and no end is reported without its begin.
 
 use super::World;
 use crate::state::events::{ContactEvent, Events};
@@ -9,7 +9,7 @@ fn is_pair(a: &ContactEvent, b: &ContactEvent) -> bool {
     (a.shape_a, a.shape_b) == (b.shape_a, b.shape_b)
 }
 
-/// Takes an event of the same pair out of a list; false if there is none.
+/// Removes an event of the same pair from a list; false if there is none.
 fn take_out(events: &mut Vec<ContactEvent>, event: &ContactEvent) -> bool {
     let found = events.iter().position(|other| is_pair(other, event));
     if let Some(at) = found {
@@ -19,8 +19,8 @@ fn take_out(events: &mut Vec<ContactEvent>, event: &ContactEvent) -> bool {
 }
 
 impl World {
-    /// The shape in a row reports its touches from now on, or no longer: those under way are told to begin, or to end, with the next
-    /// step. What is taken back before it cancels out.
+    /// Starts or stops reports of a shape's contacts, as its new `reports` say. Active contacts
+    /// report their begin or end with the next step. A change that is undone before it cancels out.
     pub(super) fn turn_touches(&mut self, shape: u32) {
         let tables = &self.tables;
         let is_told = tables.shapes.at(shape).reports.touches;
@@ -43,7 +43,8 @@ impl World {
         }
     }
 
-    /// The last end that waits for the next step is of a touch whose begin waits, too: neither is told.
+    /// Removes the last pending end and the pending begin of the same contact, if there is one.
+    /// Neither is reported.
     pub(super) fn cancel_last_end(&mut self) {
         let Events { contact_begin, contact_end, .. } = &mut self.pending;
         if let Some(end) = contact_end.last().copied()
@@ -53,7 +54,8 @@ impl World {
         }
     }
 
-    /// Tells begins that waited for the step, which has been taken. A touch that ended in it was never told.
+    /// Adds begin events that were pending for the step, after the step. A contact that ended in it
+    /// is not reported.
     pub(super) fn tell_begun(&mut self, begun: Vec<ContactEvent>) {
         if begun.is_empty() {
             return;

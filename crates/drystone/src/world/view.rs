@@ -1,4 +1,4 @@
-//! Contacts and counts as the user sees them.
+//! Public access to contacts and counts.
 
 use super::BodyRef;
 use crate::base::id::{BodyId, ShapeId};
@@ -8,19 +8,20 @@ use crate::state::contacts::Contact;
 use crate::state::def::BodyKind;
 use crate::state::tables::Tables;
 
-/// A point of a contact.
+/// A contact point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ContactPoint {
-    /// Where, as it was when the step began [m, world].
+    /// Position at the beginning of the step [m, world].
     pub position: Vec3,
-    /// Distance of the surfaces along the normal as the step began [m]; negative: overlap.
+    /// Distance of the surfaces along the normal at the beginning of the step [m]; negative:
+    /// overlap.
     pub separation: f32,
     /// Impulse along the normal in the last substep [N s].
     pub impulse: f32,
 }
 
-/// A contact with points, to read.
+/// A contact with points, read-only.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactRef<'w> {
     tables: &'w Tables,
@@ -52,7 +53,7 @@ impl ContactRef<'_> {
         self.tables.bodies.id(self.contact.body_b)
     }
 
-    /// The body that is in contact with `body`; `None` if `body` is none of the two.
+    /// The other body of the contact; `None` if `body` is not part of it.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, ShapeDef, World};
@@ -76,26 +77,26 @@ impl ContactRef<'_> {
         if body == a { Some(b) } else { (body == b).then_some(a) }
     }
 
-    /// Unit, from A to B [world].
+    /// Contact normal from A to B [world, unit].
     #[must_use]
     pub const fn normal(&self) -> Vec3 {
         self.contact.normal
     }
 
-    /// Friction impulse in the last substep, as it acts on B [N s, world].
+    /// Friction impulse on B in the last substep [N s, world].
     #[must_use]
     pub const fn friction_impulse(&self) -> Vec3 {
         self.contact.tangent_impulse
     }
 
-    /// Number of the color it is solved with, counted apart for contacts with a static or kinematic
-    /// body; none while it sleeps.
+    /// Solver color of the contact; `None` while it sleeps. Contacts with a static or kinematic
+    /// body have their own color numbers.
     #[must_use]
     pub fn color(&self) -> Option<u32> {
         self.contact.place.is_somewhere().then_some(self.contact.place.color)
     }
 
-    /// Its points, 1 to 4.
+    /// The contact points, 1 to 4.
     pub fn points(&self) -> impl Iterator<Item = ContactPoint> {
         let center = self.tables.bodies.at(self.contact.body_a).center;
         self.contact.points().iter().map(move |p| ContactPoint {
@@ -114,7 +115,7 @@ pub(super) fn contacts(tables: &Tables) -> impl Iterator<Item = ContactRef<'_>> 
         .map(|(_, contact)| ContactRef { tables, contact })
 }
 
-/// Contacts of the body in a row that have points, in the order of its list.
+/// Contacts with points of the body in row `body`, in the order of the body's list.
 fn of_body(tables: &Tables, body: u32) -> impl Iterator<Item = ContactRef<'_>> {
     let rows = tables.contacts.of_body(tables.bodies.at(body)).map(|(row, _)| row);
     let contacts = rows.map(|row| tables.contacts.at(row));
@@ -123,15 +124,16 @@ fn of_body(tables: &Tables, body: u32) -> impl Iterator<Item = ContactRef<'_>> {
 }
 
 impl<'w> BodyRef<'w> {
-    /// Its contacts that have points, found by its own list: the other contacts of the world are not walked. They are in no
-    /// promised order, the same for any number of threads. Sensors have none: see [`ShapeRef::sensor_overlaps`].
+    /// The contacts of this body that have points, in no promised order that is the same for any
+    /// number of threads. Only the body's own contact list is walked. Sensors have no contacts: see
+    /// [`ShapeRef::sensor_overlaps`].
     pub fn contacts(&self) -> impl Iterator<Item = ContactRef<'w>> + use<'w> {
         of_body(self.tables(), self.id().index())
     }
 }
 
 impl<'w> ShapeRef<'w> {
-    /// Its contacts that have points. Those of its body are walked.
+    /// The contacts of this shape that have points. The contact list of its body is walked.
     pub fn contacts(&self) -> impl Iterator<Item = ContactRef<'w>> + use<'w> {
         let (tables, row) = (self.tables(), self.id().index());
         let of_shape =
@@ -139,9 +141,10 @@ impl<'w> ShapeRef<'w> {
         of_body(tables, tables.shapes.at(row).body).filter(of_shape)
     }
 
-    /// The shapes in it if it is a sensor, or the sensors that it is in, as of the last step: those with a
-    /// [`SensorEvent`](crate::events::SensorEvent) of entering and none of leaving since. The contacts of its body are walked. A sensor does
-    /// not see other sensors.
+    /// The shapes in this sensor or, if this shape is not a sensor, the sensors that contain it.
+    /// The state is that of the last step: overlaps with an enter
+    /// [`SensorEvent`](crate::events::SensorEvent) and no exit event since. The contact list of the
+    /// body is walked. A sensor does not detect other sensors.
     ///
     /// ```
     /// use drystone::{BodyDef, DefError, ShapeDef, World};
@@ -172,7 +175,8 @@ impl<'w> ShapeRef<'w> {
     }
 }
 
-/// Contacts between two bodies that have points. The shorter list is walked where it is known: static bodies may have thousands.
+/// Contacts between two bodies that have points. The shorter list is walked where it is known,
+/// because static bodies may have thousands of contacts.
 pub(super) fn contacts_between(
     tables: &Tables,
     a: BodyId,
@@ -187,7 +191,7 @@ pub(super) fn contacts_between(
     })
 }
 
-/// How many of everything a world has.
+/// Numbers of bodies, shapes, joints and so on in a world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WorldCounts {
@@ -209,11 +213,11 @@ pub struct WorldCounts {
     pub particles_asleep: usize,
     /// Links between particles.
     pub links: usize,
-    /// Pairs of shapes whose boxes overlap, sleeping ones too.
+    /// Pairs of shapes whose boxes overlap, including sleeping pairs.
     pub pairs: usize,
-    /// Contacts with points that are solved.
+    /// Contacts with points that take part in the solve.
     pub contacts: usize,
-    /// Colors of contacts in use.
+    /// Contact colors in use.
     pub colors: usize,
 }
 

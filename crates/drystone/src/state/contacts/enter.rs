@@ -1,5 +1,5 @@
-//! New contacts enter the tables. What is taken in order, rows and places, one worker takes; all put it down. The result is that
-//! of entering one contact after the other.
+//! Enters new contacts into the tables. Allocation of rows and places is serial; filling is
+//! parallel. The result equals that of serial insertion.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::lists::{Links, Owners, ask_for_heads};
@@ -11,30 +11,30 @@ use crate::base::shared::Shared;
 use crate::geometry::collide::MAX_PARTS;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 
-/// So many contacts ahead what they write to is asked for.
+/// Prefetch distance, in contacts.
 const PREFETCH: usize = 4;
 
-/// Fewer are not shared out.
+/// Minimum number of contacts for parallel work.
 const LEAST: usize = 64;
 
-/// A contact that is new, from when its pair is found until it stands in all lists.
+/// A new contact, from the detection of its pair until it is in all lists.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Newcomer {
     pub(crate) row: u32,
     pub(crate) bodies: [u32; 2],
     /// One of its bodies is active.
     pub(crate) awake: bool,
-    /// None is, and it is looked at once.
+    /// No body is active, and the contact is tested once.
     pub(crate) asked: bool,
-    /// It is of a mesh: it has further parts.
+    /// The pair has a mesh, and thus further manifolds.
     pub(crate) has_parts: bool,
     parts: [u32; MAX_PARTS - 1],
-    /// Of its watch and its probe.
+    /// Index of its watch and its probe.
     place: u32,
 }
 
 impl Newcomer {
-    /// Rows of all parts, the first one included.
+    /// Rows of all manifolds, including the first.
     fn rows(&self) -> impl Iterator<Item = u32> {
         let parts = if self.has_parts { self.parts.as_slice() } else { &[] };
         core::iter::once(self.row).chain(parts.iter().copied())
@@ -49,7 +49,8 @@ impl Contacts {
         new.extend((0..n).map(|_| Newcomer { row: self.take_row(), ..Newcomer::default() }));
     }
 
-    /// Enters contacts whose rows are filled: those of pairs that were not there, with their keys.
+    /// Enters contacts whose rows are filled; `keys` are the keys of their pairs, which are not in
+    /// the table yet.
     pub(crate) fn enter(
         &mut self,
         keys: &[u64],
@@ -68,7 +69,8 @@ impl Contacts {
         self.pairs.insert_new(keys, jobs);
     }
 
-    /// Gives each new contact its place among what is watched: who is awake stands behind the others that are.
+    /// Assigns each new contact its index in the watches. Awake ones go behind the other awake
+    /// ones.
     fn make_places(&mut self, new: &mut [Newcomer], jobs: &Jobs<'_>) {
         let active = new.iter().filter(|n| n.awake).count();
         let Self { rows, watched, .. } = self;
@@ -76,7 +78,7 @@ impl Contacts {
         let asleep = len - first;
         grow::resize(&mut watched.watches, len + new.len(), Watch::default());
         grow::resize(&mut watched.probes, len + new.len(), Probe::default());
-        // Who sleeps makes room, as many as it takes.
+        // Sleeping watches shift back to make room.
         let (moved, to) = (asleep.min(active), first + asleep.max(active));
         watched.watches.copy_within(first..first + moved, to);
         watched.probes.copy_within(first..first + moved, to);
@@ -93,10 +95,10 @@ impl Contacts {
         }
     }
 
-    /// Makes the watches and the parts, and tells the contacts of them.
+    /// Creates the watches and secondary manifolds, and stores their indices in the contacts.
     fn fill(&mut self, new: &[Newcomer], tracks: &[Track], jobs: &Jobs<'_>) {
         let Self { rows, watched, .. } = self;
-        // SAFETY: rows and places of a new contact are its own.
+        // SAFETY: each new contact has its own rows and places.
         let apart = unsafe { Apart::promise() };
         let slots = rows.lend(apart);
         let watches = Rows::new(&mut watched.watches, apart);
@@ -115,7 +117,7 @@ impl Contacts {
                 }
                 contact.next_part = n.parts[0];
                 for (k, row) in n.parts.iter().enumerate() {
-                    // The first has the probe and begins the chain; a part does neither.
+                    // Only the first manifold has the probe and begins the chain.
                     let next_part = n.parts.get(k + 1).copied().unwrap_or(NONE);
                     let first = contact.clone();
                     let part =
@@ -126,10 +128,11 @@ impl Contacts {
         });
     }
 
-    /// Puts the contacts at the heads of their bodies' lists. Every owner of lists goes through all of them.
+    /// Inserts the contacts at the heads of their bodies' lists. Every owner of lists walks over
+    /// all contacts.
     fn link(&mut self, new: &[Newcomer], bodies: &mut Bodies, jobs: &Jobs<'_>) {
         let table = &self.rows;
-        // SAFETY: of each body one owner has the list.
+        // SAFETY: each body's list has a single owner.
         let bodies = Rows::new(bodies.rows.values_mut(), unsafe { Apart::promise() });
         let owners = Owners::of(new.len(), jobs);
         for_each(jobs, owners.len(), |_, owner| {
@@ -189,7 +192,8 @@ mod tests {
     use crate::state::tables::Tables;
     use crate::world::World;
 
-    /// A grid of triangles, and on it balls that sleep and, between and above them, as many that come down at once.
+    /// A grid of triangles with sleeping balls on it. An equal number of balls falls down at once
+    /// between and above them.
     fn shower(workers: usize) -> World {
         let mut world = World::default().with_executor(Arc::new(Team::with_threads(workers)));
         let vertices = (0..441_u16).map(|i| [f32::from(i % 21), 0.0, f32::from(i / 21)].into());
@@ -210,7 +214,7 @@ mod tests {
         world
     }
 
-    /// Where everything stands: what is watched, the parts of each, the lists of bodies, and their islands.
+    /// The order of all tables: watches, manifolds, contact lists of bodies, and their islands.
     fn order(tables: &Tables) -> Vec<Vec<u32>> {
         let contacts = &tables.contacts;
         let (rows, free, watches, probes, awake) = contacts.parts();
@@ -233,7 +237,7 @@ mod tests {
         for step in 0..60 {
             let orders = worlds.each_mut().map(|world| {
                 world.step(1.0 / 60.0);
-                // What is restored is checked.
+                // Restoring a snapshot checks the tables.
                 #[cfg(feature = "snapshot")]
                 World::restore(&world.snapshot()).unwrap();
                 order(world.tables_mut())
@@ -244,7 +248,7 @@ mod tests {
             gone = gone.max(before.saturating_sub(contacts));
             before = contacts;
         }
-        // Of 64 and 128 on they are shared out.
+        // From 64 and 128 contacts on the work is parallel.
         assert!(come > 500 && gone > 200, "{come} and {gone} contacts came and went in a step");
     }
 }

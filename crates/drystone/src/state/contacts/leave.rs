@@ -1,5 +1,5 @@
-//! Contacts leave the tables: the lists of bodies, what is watched, the pairs. The result is that of taking out one after the
-//! other.
+//! Removes contacts from the tables: the lists of bodies, the watches, the set of pairs. The result
+//! equals that of serial removal.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::lists::{Links, Owners, ask_for_heads};
@@ -9,10 +9,10 @@ use crate::base::jobs::{Jobs, side_by_side};
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::state::bodies::{Bodies, Body};
 
-/// So many contacts ahead what is written of one is asked for.
+/// Prefetch distance, in contacts.
 const PREFETCH: usize = 4;
 
-/// A row to be taken out.
+/// A row to be removed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leaver {
     row: u32,
@@ -29,11 +29,11 @@ impl Leaver {
 }
 
 impl Contacts {
-    /// Takes rows out of all lists; they must be in no color.
+    /// Removes rows from all lists. They must not be in a color.
     pub(crate) fn leave(&mut self, gone: &[Leaver], bodies: &mut Bodies, jobs: &Jobs<'_>) {
         let Self { rows, free, pairs, watched, .. } = self;
         let table = &*rows;
-        // SAFETY: of each body one owner has the list.
+        // SAFETY: each body's list has a single owner.
         let bodies = Rows::new(bodies.rows.values_mut(), unsafe { Apart::promise() });
         let owners = Owners::of(gone.len(), jobs);
         let mut unwatch = || unwatch(gone, table, watched);
@@ -50,7 +50,7 @@ impl Contacts {
     }
 }
 
-/// Takes contacts out of what is watched.
+/// Removes the watches of the contacts.
 fn unwatch(gone: &[Leaver], table: &Table, watched: &mut Watched) {
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * PREFETCH) {
@@ -65,7 +65,7 @@ fn unwatch(gone: &[Leaver], table: &Table, watched: &mut Watched) {
     }
 }
 
-/// Takes them out of the set of pairs.
+/// Removes the contacts from the set of pairs.
 fn forget(gone: &[Leaver], pairs: &mut PairSet) {
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * PREFETCH) {
@@ -77,7 +77,7 @@ fn forget(gone: &[Leaver], pairs: &mut PairSet) {
     }
 }
 
-/// Takes them out of the lists of an owner's bodies. Every owner goes through all of them.
+/// Removes the contacts from the lists of an owner's bodies. Every owner walks over all contacts.
 fn unlink(
     gone: &[Leaver],
     table: &Table,

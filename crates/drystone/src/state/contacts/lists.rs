@@ -1,21 +1,22 @@
-//! The lists of bodies' contacts, which several workers change at once: each list has an owner.
+//! The contact lists of bodies. Several workers change them at once, and each list has one owner.
 
 use super::{Link, Table};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::Jobs;
 use crate::state::bodies::{Body, NONE};
 
-/// For so many changes of lists another owner is worth it.
+/// Minimum number of list changes per owner.
 const LEAST: usize = 64;
 
-/// Who changes which lists: a power of two of owners, who share the bodies by the last bits of their rows.
+/// Assignment of lists to owners. The number of owners is a power of two, and the last bits of a
+/// body's row select its owner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Owners {
     mask: u32,
 }
 
 impl Owners {
-    /// For so many changes.
+    /// Owners for this number of changes.
     pub(super) fn of(changes: usize, jobs: &Jobs<'_>) -> Self {
         let most = (changes / LEAST).clamp(1, jobs.workers());
         Self { mask: (1 << most.ilog2()) - 1 }
@@ -31,7 +32,7 @@ impl Owners {
     }
 }
 
-/// Asks for the heads of the lists of those of two bodies that are one's own.
+/// Prefetches the list heads of the two bodies, if this owner owns them.
 #[inline(always)]
 pub(super) fn ask_for_heads(
     bodies: Rows<'_, Option<Body>>,
@@ -40,7 +41,7 @@ pub(super) fn ask_for_heads(
 ) {
     const HEAD: usize = core::mem::offset_of!(Body, contacts) / 64;
     for body in of.into_iter().filter(|body| owns(*body)) {
-        // An empty row is told by the first line.
+        // The first line tells whether a row is empty.
         bodies.prefetch_line(body as usize, 0);
         bodies.prefetch_line(body as usize, HEAD);
     }
@@ -51,7 +52,7 @@ pub(super) fn ask_for_heads(
 pub(super) struct Links<'a>(pub(super) &'a Table);
 
 impl<'a> Links<'a> {
-    /// The link that this names, row × 2 + side.
+    /// The link with this number, row × 2 + side.
     #[inline(always)]
     pub(super) fn at(self, at: u32) -> Option<&'a Link> {
         if at == NONE {

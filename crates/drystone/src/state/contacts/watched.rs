@@ -1,4 +1,4 @@
-//! What is watched of contacts: small rows, of which those with an active body come first.
+//! Watches of contacts: small rows. Those with an active body come first.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -9,17 +9,19 @@ use crate::base::quat::Quat;
 use crate::base::wide::prefetch;
 use crate::state::bodies::{Body, Track};
 
-/// What tells whether a pair may be near enough to be looked at: how far its bodies may come. Small and in a row, for
-/// in a heap most pairs wait in most steps, and this is then all that is read of them.
+/// Decides whether a pair may be near enough to test, from the possible motion of its bodies. It is
+/// small and contiguous: in a heap most pairs can be skipped in most steps, and their watches are
+/// then the only data read.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Watch {
-    /// The contact's row × 4, + 2 if it has parts, + 1 if it has restitution: within a step an impact can send one body
-    /// into the other.
+    /// The contact's row × 4, + 2 if it has several manifolds, + 1 if it has restitution. With
+    /// restitution, an impact can send one body into the other within a step.
     row: u32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
-    /// What the ways of both together must come to before the pair can touch: see [`Track`]. Goes round as they do.
+    /// The pair cannot touch until the path lengths of both bodies sum to this: see [`Track`]. It
+    /// wraps like they do.
     limit: u32,
 }
 
@@ -27,12 +29,12 @@ impl Watch {
     const BOUNCES: u32 = 1;
     const HAS_PARTS: u32 = 2;
 
-    /// Of a contact whose shapes may be anywhere.
+    /// A watch for a contact whose shapes may be anywhere.
     pub(super) fn new(row: u32, [body_a, body_b]: [u32; 2], has_parts: bool) -> Self {
         Self { row: row * 4 + u32::from(has_parts) * Self::HAS_PARTS, body_a, body_b, limit: 0 }
     }
 
-    /// The contact.
+    /// Row of the contact.
     #[inline]
     pub(crate) const fn row(&self) -> u32 {
         self.row / 4
@@ -47,34 +49,34 @@ impl Watch {
         self.row = (self.row & !Self::BOUNCES) | (u32::from(bounces) * Self::BOUNCES);
     }
 
-    /// One of the shapes is a mesh.
+    /// True if one of the shapes is a mesh.
     #[inline]
     pub(crate) const fn has_parts(&self) -> bool {
         self.row & Self::HAS_PARTS != 0
     }
 
-    /// How far apart the shapes are is not known: it waits no more.
+    /// Marks the distance of the shapes as unknown, so that the pair is tested.
     #[inline]
     pub(crate) fn close(&mut self, tracks: &[Track]) {
         let way = |body: u32| tracks[body as usize].way;
         self.limit = way(self.body_a).wrapping_add(way(self.body_b));
     }
 
-    /// The shapes are as far apart now, at least [m].
+    /// Sets the current minimum distance of the shapes [m].
     #[inline]
     pub(crate) fn open(&mut self, gap: f32, tracks: &[Track]) {
         self.close(tracks);
         self.limit = self.limit.wrapping_add(Track::at_most(gap));
     }
 
-    /// True if the pair cannot come as near as `margin` (in [`Track`]'s units) in this step.
+    /// True if the pair cannot come closer than `margin` (in [`Track`]'s units) in this step.
     #[inline]
     pub(crate) fn waits(&self, margin: u32, tracks: &[Track]) -> bool {
         let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
         self.is_farther_than(margin + a.ahead + b.ahead, [a, b])
     }
 
-    /// True if the bodies may have come together on the ways that they went.
+    /// True if the bodies may have met, given the lengths of their paths.
     #[inline]
     pub(crate) fn may_have_met(&self, tracks: &[Track]) -> bool {
         let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
@@ -89,28 +91,29 @@ impl Watch {
 
     fn is_farther_than(&self, distance: u32, [a, b]: [Track; 2]) -> bool {
         let left = self.limit.wrapping_sub(a.way.wrapping_add(b.way));
-        // The upper half of all numbers are those below 0.
+        // Wrapped negative numbers are in the upper half.
         left > distance && left < 1 << 31
     }
 }
 
-/// What tells more closely whether a pair must be tested again: the poses of its two bodies against each other when
+/// Decides more precisely whether a pair must be tested again: the relative pose of its bodies when
 /// the manifold was made.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(16))]
 pub(crate) struct Probe {
-    /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
-    /// known; infinite for a part that its first manifold takes care of.
+    /// Lower bound on the distance of the shapes at that time [m]; 0 if the pair has points or the
+    /// distance is not known. Infinite for a secondary manifold, for which the first one is tested.
     pub(crate) gap: f32,
-    /// Center of B less that of A [m, world].
+    /// Center of B minus center of A [m, world].
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
     pub(crate) rotation_b: Quat,
 }
 
 impl Probe {
-    /// Counts motion from here on, where the shapes are so far apart [m], 0 if that is not known.
+    /// Restarts the measurement of motion at the current poses, with this distance of the shapes
+    /// [m], 0 if it is not known.
     #[inline]
     pub(crate) fn restart(&mut self, gap: f32, a: &Body, b: &Body) {
         self.gap = gap;
@@ -119,14 +122,14 @@ impl Probe {
     }
 }
 
-/// What is watched of each contact, of pairs with several parts of the first only. Those with an active body come first.
+/// Watches and probes of all contacts, one per pair. Those with an active body come first.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Watched {
     pub(crate) watches: Vec<Watch>,
-    /// In the same order.
+    /// Probes in the same order.
     pub(crate) probes: Vec<Probe>,
-    /// How many of them have an active body.
+    /// Number of watches with an active body.
     pub(crate) awake: usize,
 }
 
@@ -137,7 +140,7 @@ impl Clone for Watched {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { watches, probes, awake } = from;
         self.watches.clone_from(watches);
@@ -147,12 +150,13 @@ impl Clone for Watched {
 }
 
 impl Watched {
-    /// Moves what stands at `place` to those that are awake or away from them; gives its new place.
+    /// Moves the entry at `place` into or out of the awake part. Returns its new place.
     pub(super) fn set_awake(&mut self, place: usize, awake: bool, table: &Table) -> usize {
         if awake == (place < self.awake) {
             return place;
         }
-        // The first that is not awake, or the last that is: the border runs on its other side then.
+        // The first entry that is not awake, or the last awake one. The boundary then moves to its
+        // other side.
         let border = if awake { self.awake } else { self.awake - 1 };
         self.awake = if awake { border + 1 } else { border };
         self.watches.swap(place, border);
@@ -162,7 +166,8 @@ impl Watched {
         border
     }
 
-    /// Asks for what [`Self::remove`] will write to for a contact, `ahead` others before.
+    /// Prefetches the entries that [`Self::remove`] will write for a contact, `ahead` contacts
+    /// before.
     pub(super) fn ask_for(&self, row: u32, ahead: usize, table: &Table) {
         let place = table.read(row as usize).as_ref().map_or(0, |c| c.probe.get() as usize);
         if let (Some(watch), Some(probe)) = (self.watches.get(place), self.probes.get(place)) {
@@ -176,7 +181,7 @@ impl Watched {
         }
     }
 
-    /// Takes out what stands at `place`.
+    /// Removes the entry at `place`.
     pub(super) fn remove(&mut self, place: usize, table: &Table) {
         let place = self.set_awake(place, false, table);
         self.watches.swap_remove(place);
@@ -184,7 +189,7 @@ impl Watched {
         self.tell(place, table);
     }
 
-    /// Tells the contact that is watched at `place`, if any is, that it is there.
+    /// Stores the index `place` in the contact that is watched there, if there is one.
     pub(super) fn tell(&self, place: usize, table: &Table) {
         if let Some(watch) = self.watches.get(place)
             && let Some(contact) = table.read(watch.row() as usize)

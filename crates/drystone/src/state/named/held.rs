@@ -1,10 +1,10 @@
-//! Joints that hold or pull to a pose, and wheels.
+//! Joints that hold or pull a body to a pose, and wheels.
 
 use crate::state::def::JointKind;
 use crate::state::sixdof::{JointAxis, JointSpring, SixDof};
 
-/// Holds the second body as it was joined to the first: glue, a weld, a bracket that gives. Placed by
-/// [`crate::JointDef::at`] at any point, it holds the bodies as they lie.
+/// Holds the second body in its pose relative to the first: glue, a weld, an elastic bracket.
+/// Placed by [`crate::JointDef::at`] at any point, it keeps the current poses.
 ///
 /// ```
 /// use drystone::joint::{Fixed, JointSpring};
@@ -16,20 +16,20 @@ use crate::state::sixdof::{JointAxis, JointSpring, SixDof};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fixed {
-    /// The spring that holds motions; `None`, the default: rigid.
+    /// The spring that holds translations; `None` (the default): rigid.
     pub linear: Option<JointSpring>,
-    /// The spring that holds turns; `None`, the default: rigid.
+    /// The spring that holds rotations; `None` (the default): rigid.
     pub angular: Option<JointSpring>,
 }
 
 impl Fixed {
-    /// Rigid.
+    /// A rigid joint.
     #[must_use]
     pub const fn new() -> Self {
         Self { linear: None, angular: None }
     }
 
-    /// Held by this spring along and about all axes.
+    /// A joint with this spring along and about all axes.
     #[must_use]
     pub const fn soft(spring: JointSpring) -> Self {
         Self { linear: Some(spring), angular: Some(spring) }
@@ -63,10 +63,11 @@ impl From<Fixed> for JointKind {
     }
 }
 
-/// Pulls the second body to a pose on the first, with no more than a given force and torque: a hand, a magnet, a muscle.
+/// Pulls the second body to a pose on the first with limited force and torque: a hand, a magnet, a
+/// muscle.
 ///
-/// The pose is that where both frames meet: [`crate::JointMut::set_anchors`] and [`crate::JointMut::set_frames`] move it.
-/// Bodies that are to feel the world collide with it while they are pulled.
+/// The target is the pose in which both frames coincide: [`crate::JointMut::set_anchors`] and
+/// [`crate::JointMut::set_frames`] move it. Pulled bodies still collide with other bodies.
 ///
 /// ```
 /// use drystone::joint::{JointSpring, Servo};
@@ -79,24 +80,24 @@ impl From<Fixed> for JointKind {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Servo {
-    /// The law of the force.
+    /// Stiffness and damping of the force.
     pub linear: JointSpring,
-    /// The law of the torque; `None`: any turn is free.
+    /// Stiffness and damping of the torque; `None`: rotation is free.
     pub angular: Option<JointSpring>,
-    /// Greatest force along each axis [N]; may be ∞.
+    /// Maximum force along each axis [N]; may be ∞.
     pub max_force: f32,
-    /// Greatest torque about each axis [N m]; may be ∞.
+    /// Maximum torque about each axis [N m]; may be ∞.
     pub max_torque: f32,
 }
 
 impl Servo {
-    /// Pulls place and rotation, with at most this force [N] and torque [N m].
+    /// Pulls position and rotation, with at most this force [N] and torque [N m].
     #[must_use]
     pub const fn new(spring: JointSpring, max_force: f32, max_torque: f32) -> Self {
         Self { linear: spring, angular: Some(spring), max_force, max_torque }
     }
 
-    /// Pulls the anchors together as a hand does, with at most this force [N]: any turn is free.
+    /// Pulls the anchors together like a hand, with at most this force [N]. Rotation is free.
     #[must_use]
     pub const fn grab(spring: JointSpring, max_force: f32) -> Self {
         Self { linear: spring, angular: None, max_force, max_torque: 0.0 }
@@ -126,10 +127,11 @@ impl From<Servo> for JointKind {
     }
 }
 
-/// A wheel, the second body, on a chassis: sprung along the x axis, spinning about the y axis, and steered about the x axis if
-/// asked for. Point x up and y along the axle ([`crate::JointDef::with_axes`]).
+/// A wheel, the second body, on a chassis. It has a spring along the x axis, spins about the y
+/// axis, and can be steered about the x axis. Point x up and y along the axle
+/// ([`crate::JointDef::with_axes`]).
 ///
-/// A positive spin rolls it toward axle × up: with the axle to the left that is forward.
+/// A positive spin rolls it toward axle × up: forward, if the axle points to the left.
 ///
 /// ```
 /// use drystone::joint::{JointSpring, Wheel};
@@ -146,41 +148,43 @@ impl From<Servo> for JointKind {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheel {
-    /// The spring along x; positions above 0 are those of a wheel that the ground pushes in [m; N].
+    /// The suspension along x [m; N]; positions above 0 are those of a wheel that the ground pushes
+    /// in.
     pub suspension: JointAxis,
-    /// The turn about y [rad; N m].
+    /// The rotation about y [rad; N m].
     pub spin: JointAxis,
-    /// The turn about x [rad; N m]; locked by default.
+    /// The rotation about x [rad; N m]; locked by default.
     pub steering: JointAxis,
 }
 
 impl Wheel {
-    /// Sprung so, spins freely, and is not steered. Without load it is where it was joined.
+    /// A wheel with this suspension, free spin and no steering. Its rest position is the one where
+    /// it was joined.
     #[must_use]
     pub const fn new(suspension: JointSpring) -> Self {
         let suspension = JointAxis::FREE.with_servo(0.0, suspension, f32::INFINITY);
         Self { suspension, spin: JointAxis::FREE, steering: JointAxis::LOCKED }
     }
 
-    /// On an axle without a spring.
+    /// A wheel on an axle without suspension.
     #[must_use]
     pub const fn rigid() -> Self {
         Self { suspension: JointAxis::LOCKED, spin: JointAxis::FREE, steering: JointAxis::LOCKED }
     }
 
-    /// Moves between two hard stops of its spring [m]: below 0 it hangs out, above 0 it is pushed in.
+    /// With two hard stops of its suspension [m]: below 0 it hangs out, above 0 it is pushed in.
     #[must_use]
     pub const fn with_travel(self, min: f32, max: f32) -> Self {
         Self { suspension: self.suspension.with_limits(min, max), ..self }
     }
 
-    /// Driven at this speed [rad/s] with at most this torque [N m]. With speed 0 it is a brake.
+    /// With a motor at this speed [rad/s] with at most this torque [N m]. Speed 0 makes it a brake.
     #[must_use]
     pub const fn with_motor(self, speed: f32, max_torque: f32) -> Self {
         Self { spin: self.spin.with_motor(speed, max_torque), ..self }
     }
 
-    /// Steered to this angle about x [rad] with at most this torque [N m].
+    /// With steering to this angle about x [rad] with at most this torque [N m].
     #[must_use]
     pub const fn with_steering(self, angle: f32, spring: JointSpring, max_torque: f32) -> Self {
         Self { steering: JointAxis::FREE.with_servo(angle, spring, max_torque), ..self }

@@ -3,7 +3,8 @@
 use crate::base::limits;
 use crate::state::def::{JointKind, Pulley, Spring};
 
-/// The distance of the two anchors stays the same, or between two lengths: a rod, with a spring in it if asked for.
+/// Keeps the distance of the two anchors fixed, or between two lengths: a rod, optionally with a
+/// spring.
 ///
 /// ```
 /// use drystone::joint::{Distance, Spring};
@@ -14,9 +15,9 @@ use crate::state::def::{JointKind, Pulley, Spring};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
-    /// Least distance [m]; at least 0.
+    /// Minimum distance [m]; at least 0.
     pub min: f32,
-    /// Greatest distance [m]; at least `min`.
+    /// Maximum distance [m]; at least `min`.
     pub max: f32,
     /// A spring toward a rest length, between the limits.
     pub spring: Option<Spring>,
@@ -29,7 +30,7 @@ impl Distance {
         Self::between(length, length)
     }
 
-    /// Free between two lengths [m].
+    /// A joint that is free between two lengths [m].
     #[must_use]
     pub const fn between(min: f32, max: f32) -> Self {
         Self { min, max, spring: None }
@@ -48,7 +49,7 @@ impl From<Distance> for JointKind {
     }
 }
 
-/// The distance of the two anchors is at most a length: a rope, which goes slack.
+/// Limits the distance of the two anchors to a length: a rope, which can go slack.
 ///
 /// ```
 /// use drystone::joint::Rope;
@@ -79,7 +80,7 @@ impl From<Rope> for JointKind {
 }
 
 impl From<Spring> for JointKind {
-    /// A spring whose length nothing else limits.
+    /// A spring without limits of its length.
     fn from(spring: Spring) -> Self {
         Self::Distance { min: 0.0, max: limits::DISTANCE.most, spring: Some(spring) }
     }

@@ -1,12 +1,13 @@
-//! Joints that slide: sliders, cylinders, planes.
+//! Joints with translation: sliders, cylinders, planes.
 
 use super::turns::Hinge;
 use crate::state::def::JointKind;
 use crate::state::sixdof::{JointAxis, JointSpring, SixDof};
 
-/// Moves along the x axis alone, without any turn: a lift, a piston, a drawer.
+/// Translation along the x axis alone, without rotation: a lift, a piston, a drawer.
 ///
-/// Its position is how far the second body is along the axis from where they were joined, seen from the first.
+/// Its position is the displacement of the second body along the axis since they were joined,
+/// relative to the first.
 ///
 /// ```
 /// use drystone::joint::Slider;
@@ -17,42 +18,42 @@ use crate::state::sixdof::{JointAxis, JointSpring, SixDof};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slider {
-    /// Its way: limits [m], drive and friction [N].
+    /// Its axis: limits [m], drive and friction [N].
     pub axis: JointAxis,
 }
 
 impl Slider {
-    /// Moves freely.
+    /// A free slider.
     #[must_use]
     pub const fn new() -> Self {
         Self::of(JointAxis::FREE)
     }
 
-    /// Moves as this axis says.
+    /// A slider with this axis.
     #[must_use]
     pub const fn of(axis: JointAxis) -> Self {
         Self { axis }
     }
 
-    /// Between two hard stops [m].
+    /// With two hard stops [m].
     #[must_use]
     pub const fn with_limits(self, min: f32, max: f32) -> Self {
         Self::of(self.axis.with_limits(min, max))
     }
 
-    /// Pushed back by this spring beyond two places [m].
+    /// With limits [m] beyond which this spring pushes back.
     #[must_use]
     pub const fn with_soft_limits(self, min: f32, max: f32, spring: JointSpring) -> Self {
         Self::of(self.axis.with_soft_limits(min, max, spring))
     }
 
-    /// Driven at this speed [m/s] with at most this force [N]. With speed 0 it is a brake.
+    /// With a motor at this speed [m/s] with at most this force [N]. Speed 0 makes it a brake.
     #[must_use]
     pub const fn with_motor(self, speed: f32, max_force: f32) -> Self {
         Self::of(self.axis.with_motor(speed, max_force))
     }
 
-    /// Pulled to this place [m] with at most this force [N].
+    /// With a servo to this position [m] with at most this force [N].
     #[must_use]
     pub const fn with_servo(self, position: f32, spring: JointSpring, max_force: f32) -> Self {
         Self::of(self.axis.with_servo(position, spring, max_force))
@@ -83,7 +84,7 @@ impl From<Slider> for JointKind {
     }
 }
 
-/// Moves along the x axis and turns about it: a rod in a sleeve.
+/// Translation along the x axis and rotation about it: a rod in a sleeve.
 ///
 /// ```
 /// use drystone::joint::{Cylindrical, JointAxis};
@@ -94,20 +95,20 @@ impl From<Slider> for JointKind {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cylindrical {
-    /// The motion [m; N].
+    /// The translation [m; N].
     pub along: JointAxis,
-    /// The turn [rad; N m].
+    /// The rotation [rad; N m].
     pub about: JointAxis,
 }
 
 impl Cylindrical {
-    /// Moves and turns freely.
+    /// A free cylindrical joint.
     #[must_use]
     pub const fn new() -> Self {
         Self::of(JointAxis::FREE, JointAxis::FREE)
     }
 
-    /// Moves and turns as these axes say.
+    /// A cylindrical joint with these axes.
     #[must_use]
     pub const fn of(along: JointAxis, about: JointAxis) -> Self {
         Self { along, about }
@@ -133,7 +134,8 @@ impl From<Cylindrical> for JointKind {
     }
 }
 
-/// Moves in the plane across the x axis and turns about that: a puck on a table that it cannot leave.
+/// Translation in the plane perpendicular to the x axis, and rotation about x: a puck on a table
+/// that it cannot leave.
 ///
 /// ```
 /// use drystone::joint::Planar;
@@ -145,16 +147,16 @@ impl From<Cylindrical> for JointKind {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Planar {
-    /// The motion along y [m; N].
+    /// The translation along y [m; N].
     pub y: JointAxis,
-    /// The motion along z [m; N].
+    /// The translation along z [m; N].
     pub z: JointAxis,
-    /// The turn about x [rad; N m].
+    /// The rotation about x [rad; N m].
     pub turn: JointAxis,
 }
 
 impl Planar {
-    /// Moves and turns freely.
+    /// A free planar joint.
     #[must_use]
     pub const fn new() -> Self {
         Self { y: JointAxis::FREE, z: JointAxis::FREE, turn: JointAxis::FREE }

@@ -1,9 +1,9 @@
-//! Joints that turn: balls, cones, hinges, universal joints.
+//! Joints with rotation: balls, cones, hinges, universal joints.
 
 use crate::state::def::JointKind;
 use crate::state::sixdof::{JointAxis, JointCone, JointSpring, SixDof};
 
-/// Two bodies turn freely about a point: a ball in its socket.
+/// Free rotation of two bodies about a point: a ball in its socket.
 ///
 /// ```
 /// use drystone::joint::Ball;
@@ -17,12 +17,12 @@ use crate::state::sixdof::{JointAxis, JointCone, JointSpring, SixDof};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ball {
-    /// Greatest torque of dry friction about each axis [N m]; at least 0.
+    /// Maximum torque of dry friction about each axis [N m]; at least 0.
     pub friction: f32,
 }
 
 impl Ball {
-    /// Turns without friction.
+    /// A ball joint without friction.
     #[must_use]
     pub const fn new() -> Self {
         Self { friction: 0.0 }
@@ -34,7 +34,7 @@ impl Ball {
         Self { friction }
     }
 
-    /// Swings no farther than this from its x axis [rad], as a [`ConeTwist`].
+    /// Limits the swing from its x axis to this angle [rad]: a [`ConeTwist`].
     #[must_use]
     pub const fn with_cone(self, swing: f32) -> ConeTwist {
         ConeTwist::new(swing, swing).with_friction(self.friction)
@@ -51,47 +51,48 @@ impl From<Ball> for JointKind {
     }
 }
 
-/// A ball in a socket that lets the second body's x axis swing within a cone about the first one's, and twist about it.
+/// A ball in a socket. The second body's x axis may swing within a cone about the first body's x
+/// axis, and twist about it.
 ///
-/// The limit of both swings is an ellipse. Twist is the turn about x; the swing is the shortest turn that takes one x axis
-/// to the other. See [`Ball`] for an example.
+/// The limit of both swings is an ellipse. Twist is the rotation about x. The swing is the shortest
+/// rotation from one x axis to the other. See [`Ball`] for an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConeTwist {
-    /// The turn about x.
+    /// The rotation about x.
     pub twist: JointAxis,
-    /// Greatest swing about y and about z [rad]; above 0.
+    /// Maximum swing about y and about z [rad]; above 0.
     pub cone: JointCone,
-    /// Greatest torque of dry friction against swings [N m]; at least 0.
+    /// Maximum torque of dry friction against swings [N m]; at least 0.
     pub swing_friction: f32,
 }
 
 impl ConeTwist {
-    /// Swings this far about y and about z [rad], and twists freely.
+    /// A joint with these maximum swings about y and about z [rad], and free twist.
     #[must_use]
     pub const fn new(about_y: f32, about_z: f32) -> Self {
         Self::of(JointAxis::FREE, about_y, about_z)
     }
 
-    /// Twists as this axis says, and swings this far about y and about z [rad].
+    /// A joint with this twist axis, and these maximum swings about y and about z [rad].
     #[must_use]
     pub const fn of(twist: JointAxis, about_y: f32, about_z: f32) -> Self {
         let cone = JointCone { swing: [about_y, about_z], spring: None };
         Self { twist, cone, swing_friction: 0.0 }
     }
 
-    /// Twists between these angles [rad].
+    /// With a twist between these angles [rad].
     #[must_use]
     pub const fn with_twist(self, min: f32, max: f32) -> Self {
         Self { twist: self.twist.with_limits(min, max), ..self }
     }
 
-    /// Pushed back by this spring beyond the cone.
+    /// With this spring that pushes back beyond the cone.
     #[must_use]
     pub const fn with_soft_cone(self, spring: JointSpring) -> Self {
         Self { cone: JointCone { spring: Some(spring), ..self.cone }, ..self }
     }
 
-    /// With dry friction of at most this torque, against twist and swing [N m].
+    /// With dry friction of at most this torque against twist and swing [N m].
     #[must_use]
     pub const fn with_friction(self, friction: f32) -> Self {
         Self { twist: self.twist.with_friction(friction), swing_friction: friction, ..self }
@@ -117,9 +118,10 @@ impl From<ConeTwist> for JointKind {
     }
 }
 
-/// Turns about the x axis alone: a door, a wheel on an axle, an elbow.
+/// Rotation about the x axis alone: a door, a wheel on an axle, an elbow.
 ///
-/// Its angle is that of the second body against the first by the right hand, 0 as they were joined.
+/// Its angle is that of the second body relative to the first by the right-hand rule, 0 when they
+/// were joined.
 ///
 /// ```
 /// use drystone::joint::{Hinge, JointSpring};
@@ -131,42 +133,42 @@ impl From<ConeTwist> for JointKind {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hinge {
-    /// Its turn: limits [rad], drive and friction [N m].
+    /// Its axis: limits [rad], drive and friction [N m].
     pub axis: JointAxis,
 }
 
 impl Hinge {
-    /// Turns freely.
+    /// A free hinge.
     #[must_use]
     pub const fn new() -> Self {
         Self::of(JointAxis::FREE)
     }
 
-    /// Turns as this axis says.
+    /// A hinge with this axis.
     #[must_use]
     pub const fn of(axis: JointAxis) -> Self {
         Self { axis }
     }
 
-    /// Between two hard stops [rad].
+    /// With two hard stops [rad].
     #[must_use]
     pub const fn with_limits(self, min: f32, max: f32) -> Self {
         Self::of(self.axis.with_limits(min, max))
     }
 
-    /// Pushed back by this spring beyond two angles [rad].
+    /// With limits [rad] beyond which this spring pushes back.
     #[must_use]
     pub const fn with_soft_limits(self, min: f32, max: f32, spring: JointSpring) -> Self {
         Self::of(self.axis.with_soft_limits(min, max, spring))
     }
 
-    /// Driven at this speed [rad/s] with at most this torque [N m]. With speed 0 it is a brake.
+    /// With a motor at this speed [rad/s] with at most this torque [N m]. Speed 0 makes it a brake.
     #[must_use]
     pub const fn with_motor(self, speed: f32, max_torque: f32) -> Self {
         Self::of(self.axis.with_motor(speed, max_torque))
     }
 
-    /// Pulled to this angle [rad] with at most this torque [N m].
+    /// With a servo to this angle [rad] with at most this torque [N m].
     #[must_use]
     pub const fn with_servo(self, angle: f32, spring: JointSpring, max_torque: f32) -> Self {
         Self::of(self.axis.with_servo(angle, spring, max_torque))
@@ -198,8 +200,8 @@ impl From<Hinge> for JointKind {
     }
 }
 
-/// Turns about the x axis of the first body and the y axis of the second, which stay at right angles: the cross of a
-/// driveshaft, a gimbal.
+/// Rotation about the x axis of the first body and the y axis of the second, which stay at right
+/// angles: the cross of a driveshaft, a gimbal.
 ///
 /// ```
 /// use drystone::joint::{JointAxis, Universal};
@@ -209,20 +211,20 @@ impl From<Hinge> for JointKind {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Universal {
-    /// The turn about x, which stays with the first body.
+    /// The rotation about x, which is fixed to the first body.
     pub x: JointAxis,
-    /// The turn about y, which stays with the second body.
+    /// The rotation about y, which is fixed to the second body.
     pub y: JointAxis,
 }
 
 impl Universal {
-    /// Turns freely about both.
+    /// A universal joint that is free about both axes.
     #[must_use]
     pub const fn new() -> Self {
         Self::of(JointAxis::FREE, JointAxis::FREE)
     }
 
-    /// Turns as these axes say.
+    /// A universal joint with these axes.
     #[must_use]
     pub const fn of(x: JointAxis, y: JointAxis) -> Self {
         Self { x, y }

@@ -1,13 +1,16 @@
-//! Colors: each constraint says its own, of which the lists are made.
+//! Rebuilds and checks colors: each constraint stores its own color, from which the lists are
+//! built.
 
 use super::{Check, holds};
 use crate::state::sets::dynamic_of;
 use crate::state::tables::Tables;
 
-/// As many as constraints on one body, of which no world has so many: numbers beyond would take memory.
+/// Limit on the index of a color, above the number of constraints on one body in any world. Larger
+/// indices would take memory.
 const MOST_COLORS: u32 = 1 << 20;
 
-/// Fills the colors; those of one color must share no dynamic body, and bodies know how many act on them.
+/// Fills the colors. Constraints of one color must share no dynamic body, and each body's count of
+/// constraints must be correct.
 pub(super) fn find_colors(tables: &mut Tables) -> Check {
     let Tables { bodies, joints, contacts, colors, .. } = tables;
     let mut constraints = vec![0_u32; bodies.rows.slot_count()];
@@ -15,7 +18,7 @@ pub(super) fn find_colors(tables: &mut Tables) -> Check {
         joints.rows.iter().map(|(id, j)| (true, id.index(), [j.body_a, j.body_b], j.place));
     let of_contacts = contacts.iter().map(|(row, c)| (false, row, [c.body_a, c.body_b], c.place));
     let mut all: Vec<_> = of_joints.chain(of_contacts).filter(|(.., p)| p.is_somewhere()).collect();
-    // The order within a color shows in the classic methods that go by levels or at random.
+    // The order within a color affects the classic methods with level or random order.
     all.sort_by_key(|(.., place)| (place.color, place.row));
     for (is_joint, row, [a, b], place) in &all {
         let (dynamic, n) = dynamic_of(bodies, *a, *b);

@@ -1,4 +1,4 @@
-//! Contacts: the rows, what is watched of them, the lists of bodies.
+//! Checks of contacts: the rows, the watches, and the lists of bodies.
 
 use super::{Check, Seen, holds, is_direction};
 use crate::base::limits;
@@ -49,7 +49,7 @@ pub(super) fn check_contacts(contacts: &Contacts, bodies: &Bodies, shapes: &Shap
             holds(same && part.sensor == c.sensor, "a manifold is not of its contact")?;
             (at, with_points) = (part.next_part, with_points + usize::from(part.count > 0));
             parts += 1;
-            // A ring would never end.
+            // A cycle would never end.
             holds(parts <= living, "manifolds go round")?;
         }
         holds(with_points == usize::from(c.others), "a contact miscounts its manifolds")?;
@@ -83,7 +83,7 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
     let impulses = c.points().iter().map(|p| p.impulse).chain([c.twist_impulse, c.approach()]);
     let finite = impulses.into_iter().all(f32::is_finite) && vectors.iter().all(|v| v.is_finite());
     holds(finite, "a contact has a part that is no number")?;
-    // Nothing is farther from its body's center than two places are apart.
+    // No point is farther from its body's center than two positions are apart.
     let most = 4.0 * limits::POSITION_KEPT.most;
     let near =
         |p: &Point| p.r_a.is_below(most) && p.separation.abs() <= most && p.base.abs() <= most;
@@ -94,11 +94,12 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
     holds(c.recyclable == recyclable, "a contact is not as flat as it says")
 }
 
-/// Whether a contact has the surface that its shapes make together. What hooks gave it for the last step may be anything in range.
+/// Whether a contact has the combined surface of its shapes. Values from hooks in the last step may
+/// be anything in range.
 fn is_surface(c: &Contact, of: &PairSurface) -> bool {
     let same = |x: f32, y: f32| x.to_bits() == y.to_bits();
     let within = |x: f32, most: f32| (0.0..=most).contains(&x);
-    // Two surfaces may ask for the product of their coefficients.
+    // Two surfaces may use the product of their coefficients.
     let rubs = limits::FRICTION.most * limits::FRICTION.most;
     let asked = if c.traits.any(Traits::HOOKED) {
         within(c.friction, rubs) && within(c.restitution, limits::RESTITUTION.most)
@@ -113,7 +114,7 @@ fn is_surface(c: &Contact, of: &PairSurface) -> bool {
         && same(c.spinning, of.spinning)
 }
 
-/// Each contact is once in the list of each of its bodies.
+/// Checks that each contact is once in the list of each of its bodies.
 fn check_lists(contacts: &Contacts, bodies: &Bodies, living: usize) -> Check {
     let mut listed = 0;
     for (id, body) in bodies.rows.iter() {

@@ -1,4 +1,4 @@
-//! Particles: the rows and their lines, links in their lanes, chains of links.
+//! Checks of particles: the rows and their lines, links in their lanes, chains of links.
 
 use super::{Check, Seen, Unsound, all_finite, at_least_zero, holds, is_place};
 use crate::base::limits;
@@ -8,7 +8,7 @@ use crate::state::chains::ChainBlock;
 use crate::state::particle_def::{MOST_RATE, check_length, check_mass};
 use crate::state::particles::{CROWD, LaneKind, LinkColor, Particles};
 
-/// Touches need no look: they are only compared with what is met.
+/// Touches need no check, because they are only compared with new ones.
 pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
     let Particles { rows, lines, x, links, colors, attachments, .. } = particles;
     rows.check()?;
@@ -30,7 +30,7 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
         let sound = limits::DAMPING.admits(p.damping) && at_least_zero(&[p.still_time]);
         let sound = sound && limits::GRAVITY_SCALE.admits(p.gravity_scale);
         holds(sound, "a number of a particle is out of range")?;
-        // Those that will be found anew may be of what is gone.
+        // Strands that will be searched again may refer to removed particles.
         let strand = particles.strands_changed || lives(p.strand) && p.strand <= line;
         holds(strand, "a particle is of no strand")?;
         let held = p.attachment == 0
@@ -68,7 +68,7 @@ fn is_rate(rate: &f32) -> bool {
     (0.0..=MOST_RATE).contains(rate)
 }
 
-/// The links of a color, and how many there are.
+/// Checks the links of a color. Returns their number.
 fn check_links(
     color: &LinkColor,
     number: usize,
@@ -111,7 +111,8 @@ fn check_links(
     Ok(count)
 }
 
-/// Chains that will be found anew may be of what is gone; they are dropped without a look.
+/// Checks the chains. Chains that will be searched again may refer to removed links, and are
+/// dropped unchecked.
 fn check_chains(particles: &Particles, taken: &[Seen]) -> Check {
     if particles.chains_changed {
         return Ok(());

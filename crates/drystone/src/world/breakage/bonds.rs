@@ -1,39 +1,44 @@
-//! The load on the bonds of a glued body, from what hit its pieces.
+//! The loads on the bonds of a glued body, computed from the impulses on its pieces.
 //!
-//! Pieces are rigid, bonds elastic, and the body is looked at as it moves: each piece must have the acceleration that
-//! the rigid motion of the whole gives it. What the blows on a piece lack for that, its bonds give. Where
-//! bonds form no loop that says all; else they share it by their stiffness, as a rigid body–spring
-//! model [Kawai78]: the displacements `u` of the pieces solve `K u = -lack`, by conjugate gradients [Hestenes52]
-//! with the diagonal of K. This is the static view of fracture in real time [Mueller01]: no waves, and
-//! a blow acts on all of the body at once.
+//! Pieces are rigid and bonds are elastic. In the moving body, each piece must have the
+//! acceleration that the rigid motion of the whole gives it. The *lack* of a piece is the impulse
+//! that it needs for that beyond the impulses on it. Its bonds supply the lack. If the bonds form
+//! no loop, this determines their loads. Otherwise they share the load by stiffness, as in a rigid
+//! body–spring model [Kawai78]: the displacements `u` of the pieces solve `K u = -lack`. The solver
+//! is conjugate gradients [Hestenes52], preconditioned with the diagonal of K. This is the
+//! quasi-static view of real-time fracture [Mueller01]: there are no waves, and an impact acts on
+//! the whole body at once.
 //!
-//! Symbols: n from the first piece of a bond to the second, ρ from a piece's center to the face, d relative
-//! displacement at the face, φ relative turn; k_n, k_s stiffness along and across n, k_b, k_t of bending and twisting. A face
-//! counts as a square of its area: second moment A²/12, section modulus A^1.5/6 in bending and 0.208 A^1.5 in
-//! twisting [Young11].
+//! Symbols: n points from the first piece of a bond to the second; ρ leads from a piece's center to
+//! the face; d is the relative displacement at the face, φ the relative rotation. k_n and k_s are
+//! the stiffness along and across n, k_b and k_t those of bending and twisting. A face counts as a
+//! square of the same area A: second moment A²/12, section modulus A^1.5/6 in bending and 0.208
+//! A^1.5 in twisting [Young11].
 
 use crate::base::double::DVec3;
 use crate::base::math::bounded;
 use crate::state::breakage::{GlueBond, Glued};
 
-/// The shear modulus over Young's, at a Poisson number of 1/4.
+/// Ratio of the shear modulus to Young's modulus, at a Poisson ratio of 1/4.
 const SHEAR: f64 = 0.4;
 
 /// Section moduli of a square of unit area.
 const BEND_MODULUS: f64 = 1.0 / 6.0;
 const TWIST_MODULUS: f64 = 0.208;
 
-/// The solve ends where what is left of the lack is this part of it, or of what it was when it began.
+/// The solve ends when the residual falls below `TOLERANCE` of the lack, or below `ROUNDING` of the
+/// initial residual.
 const TOLERANCE: f64 = 1.0e-4;
 const ROUNDING: f64 = 1.0e-9;
 
-/// Loads are those of before while no bond bore more than this and what each piece lacks is what it lacked then, but for
-/// this part of that and of the blows on it: a body at rest costs little more than one without bonds.
+/// The loads of the previous step are reused if no bond carries more than `LIGHT` of its strength,
+/// and no lack has changed much. The change must be below `ALIKE` of the lack and of the impulses
+/// on the piece. A body at rest then costs little more than one without bonds.
 const LIGHT: f32 = 0.5;
 const ALIKE: f64 = 0.02;
 
-/// Of bonds that bear too much, those that bear this part of the worst or more break at once; then the others are
-/// looked at again, at most so often in a step.
+/// Overloaded bonds whose load is at least this fraction of the maximum break at once. Then the
+/// loads of the other bonds are computed again, at most `ROUNDS` times in a step.
 const WITH_THE_WORST: f64 = 0.5;
 const ROUNDS: usize = 8;
 
@@ -43,10 +48,10 @@ type Mat = [[f64; 3]; 3];
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lump {
     pub(super) mass: f64,
-    /// Center of mass, and inertia about it [body's frame].
+    /// Center of mass, and inertia about it [body frame].
     pub(super) center: DVec3,
     pub(super) inertia: Mat,
-    /// Impulse of the blows on it, and their moment about its center.
+    /// Impulse on it, and the moment about its center.
     pub(super) force: DVec3,
     pub(super) torque: DVec3,
 }
@@ -57,26 +62,26 @@ struct Spring {
     pieces: [usize; 2],
     arms: [DVec3; 2],
     n: DVec3,
-    /// Along and across n, bending and twisting; all 0: broken.
+    /// Stiffness along and across n, in bending and twisting. All 0: the bond is broken.
     along: f64,
     across: f64,
     bend: f64,
     twist: f64,
 }
 
-/// Displacement and turn, or force and moment.
+/// Displacement and rotation, or force and moment.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pair {
     x: DVec3,
     t: DVec3,
 }
 
-/// Memory kept from step to step.
+/// Memory that is reused in every step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     pub(super) lumps: Vec<Lump>,
     springs: Vec<Spring>,
-    /// The part of each piece: pieces that bonds connect have one number.
+    /// The part of each piece. Pieces connected by bonds have the same number.
     pub(super) part: Vec<usize>,
     lack: Vec<Pair>,
     u: Vec<Pair>,
@@ -84,7 +89,7 @@ pub(super) struct Scratch {
     p: Vec<Pair>,
     kp: Vec<Pair>,
     diagonal: Vec<Pair>,
-    /// Bonds that broke: number, tension and shear [Pa], load.
+    /// Broken bonds: index, tension and shear [Pa], load.
     pub(super) broken: Vec<(usize, f32, f32, f64)>,
 }
 
@@ -124,7 +129,8 @@ impl Spring {
         let [a, b] = bond.pieces.map(|p| lumps[p].center);
         let area = f64::from(bond.area);
         let n = DVec3::from(bond.normal);
-        // A rod of the pieces' matter from center to center; no shorter than the face is wide by a tenth.
+        // The stiffness is that of a rod of the pieces' material between their centers. The rod is
+        // at least a tenth as long as the face is wide.
         let length = (b - a).length();
         let least = 0.1 * area.sqrt();
         let along = area / if length > least { length } else { least };
@@ -161,7 +167,7 @@ impl Spring {
         }
     }
 
-    /// Adds what K makes of `u`.
+    /// Adds K u of this bond.
     fn add(&self, u: &[Pair], ku: &mut [Pair]) {
         let pull = self.pull(u);
         for (side, sign) in [(0, -1.0), (1, 1.0)] {
@@ -171,7 +177,7 @@ impl Spring {
         }
     }
 
-    /// Adds its part of K's diagonal.
+    /// Adds the diagonal of K of this bond.
     fn add_diagonal(&self, diagonal: &mut [Pair]) {
         let one = |x: f64, y: f64, z: f64| DVec3 { x, y, z };
         let axes = [one(1.0, 0.0, 0.0), one(0.0, 1.0, 0.0), one(0.0, 0.0, 1.0)];
@@ -211,7 +217,7 @@ impl Pair {
         Self { x: self.x + o.x * s, t: self.t + o.t * s }
     }
 
-    /// Each number over that of `d`; 0 where there is no stiffness.
+    /// Divides each number by that of `d`; 0 where there is no stiffness.
     fn over(&self, d: &Self) -> Self {
         let part = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
         let each =
@@ -225,8 +231,9 @@ fn dot(a: &[Pair], b: &[Pair]) -> f64 {
 }
 
 impl Scratch {
-    /// Finds the bonds that bear too much, given what the pieces got in a step of `dt` [s] and how the body
-    /// turns [rad/s, body]. Writes the loads of the bonds, `broken`, and `part`.
+    /// Finds the overloaded bonds, from the impulses on the pieces in a step of `dt` [s] and the
+    /// angular velocity of the body [rad/s, body]. Writes the loads of the bonds, `broken`, and
+    /// `part`.
     pub(super) fn find_broken(&mut self, glued: &mut Glued, spin: DVec3, dt: f64) {
         let n = self.lumps.len();
         self.springs.clear();
@@ -253,7 +260,8 @@ impl Scratch {
         self.find_parts();
         glued.give.clear();
         glued.give.extend(self.u.iter().map(Pair::numbers));
-        // Of a body whose numbers left f32 nothing is known. Where blows are no numbers, nothing gives way.
+        // Non-finite impulses break no bond. If a lack or a displacement is not finite, nothing is
+        // kept for the next step.
         let first = glued.lack.iter().flatten().all(|x| x.is_finite());
         if !(first && dot(&self.u, &self.u).is_finite()) {
             glued.give.clear();
@@ -261,7 +269,7 @@ impl Scratch {
         }
     }
 
-    /// Whether the loads of before will do; if not, notes what is lacking now.
+    /// True if the loads of the previous step can be reused. Otherwise stores the current lack.
     fn is_as_before(&self, glued: &mut Glued) -> bool {
         let is_known = glued.lack.len() == self.lack.len() && self.part.iter().all(|p| *p == 0);
         let is_light = glued.bonds.iter().all(|b| b.load < LIGHT);
@@ -288,13 +296,13 @@ impl Scratch {
             let [a, b] = spring.pieces.map(|p| crate::state::glue::root(&mut self.part, p));
             self.part[a.max(b)] = a.min(b);
         }
-        // A part's number is that of its first piece, which comes before the others.
+        // The number of a part is the index of its first piece, which comes before the others.
         for i in 0..self.part.len() {
             self.part[i] = self.part[self.part[i]];
         }
     }
 
-    /// What each piece lacks to move with its part.
+    /// Computes the lack of each piece relative to the rigid motion of its part.
     fn find_lack(&mut self, spin: DVec3, dt: f64) {
         self.lack.clear();
         self.lack.resize(self.lumps.len(), Pair::default());
@@ -335,7 +343,7 @@ impl Scratch {
         }
     }
 
-    /// `K u = -lack`, from the `u` of before on.
+    /// Solves `K u = -lack`, starting from the previous `u`.
     fn solve(&mut self) {
         let n = self.lumps.len();
         let Self { springs, lack, u, r, p, kp, diagonal, .. } = self;
@@ -363,9 +371,9 @@ impl Scratch {
         p.clear();
         p.extend(r.iter().zip(diagonal.iter()).map(|(r, d)| r.over(d)));
         let mut size = weigh(r);
-        // Where nothing is lacking any more, beyond rounding there is no solution.
+        // A residual below this is rounding: there is no better solution.
         let least = TOLERANCE * TOLERANCE * weigh(lack) + ROUNDING * ROUNDING * size;
-        // As many as numbers suffice but for rounding.
+        // Without rounding, one iteration per unknown suffices.
         for _ in 0..12 * n + 20 {
             if size <= least {
                 break;
@@ -389,7 +397,7 @@ impl Scratch {
         }
     }
 
-    /// Writes the loads; cuts those that bear too much. False if there are none.
+    /// Writes the loads and breaks the overloaded bonds. Returns false if there are none.
     fn cut_worst(&mut self, glued: &mut Glued, dt: f64) -> bool {
         let mut worst = 0.0;
         for (spring, bond) in self.springs.iter().zip(&mut glued.bonds) {
@@ -419,7 +427,7 @@ impl Scratch {
     }
 }
 
-/// Tension and shear of a bond [Pa], and the larger of both over what it bears.
+/// Tension and shear of a bond [Pa], and the maximum of both ratios to the strength.
 fn stress(spring: &Spring, bond: &GlueBond, u: &[Pair], dt: f64) -> (f32, f32, f64) {
     let pull = spring.pull(u);
     let area = f64::from(bond.area);

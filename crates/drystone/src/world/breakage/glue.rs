@@ -1,4 +1,4 @@
-//! Glued bodies: loads on their pieces, bonds that break, and what comes apart.
+//! Glued bodies: loads on their pieces, breaking bonds, and separation.
 
 use super::bonds::Lump;
 use super::{Blow, Scratch};
@@ -16,24 +16,25 @@ use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 use crate::world::{BodyMut, World};
 
-/// A bond of a glued body, to read.
+/// A bond of a glued body, read-only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BondRef {
-    /// The two shapes that it holds together.
+    /// The two bonded shapes.
     pub shapes: [ShapeId; 2],
-    /// Middle of its face [m, world].
+    /// Center of its face [m, world].
     pub point: Vec3,
-    /// From the first shape to the second [world].
+    /// Normal from the first shape to the second [world].
     pub normal: Vec3,
     /// Area of its face [m²].
     pub area: f32,
-    /// What it bears.
+    /// The stress at which it breaks.
     pub strength: BondStrength,
-    /// The larger of tension and shear in the last step over what it bears of that; breaks at 1.
+    /// The maximum of tension and shear in the last step, each divided by its strength. The bond
+    /// breaks at 1.
     pub load: f32,
 }
 
-/// The bonds of the body in a row.
+/// The bonds of the body in row `row`.
 pub(in crate::world) fn bonds_of(tables: &Tables, row: u32) -> impl Iterator<Item = BondRef> + '_ {
     let pose = tables.bodies.at(row).pose();
     tables.breakage.glued.get(&row).into_iter().flat_map(move |glued| {
@@ -49,10 +50,10 @@ pub(in crate::world) fn bonds_of(tables: &Tables, row: u32) -> impl Iterator<Ite
 }
 
 impl BodyMut<'_> {
-    /// Gives all its bonds another strength, and wakes it.
+    /// Sets the strength of all its bonds, and wakes it.
     ///
     /// # Errors
-    /// A limit that is out of range; a body that is not glued. Then nothing is changed.
+    /// A limit is out of range, or the body is not glued. Then nothing is changed.
     pub fn set_bond_strength(&mut self, strength: BondStrength) -> Result<(), DefError> {
         strength.validate()?;
         let Some(glued) = self.world.tables.breakage.glued.get_mut(&self.row) else {
@@ -61,7 +62,7 @@ impl BodyMut<'_> {
         for bond in &mut glued.bonds {
             bond.strength = strength;
         }
-        // Loads are told as parts of the strength.
+        // The stored loads are fractions of the strength.
         glued.lack.clear();
         self.wake();
         Ok(())
@@ -69,7 +70,7 @@ impl BodyMut<'_> {
 }
 
 impl World {
-    /// Notes the bonds of a body that was just made, whose shapes stand in the order of its definition.
+    /// Stores the bonds of a new body, whose shapes are in the order of its definition.
     pub(in crate::world) fn glue_body(&mut self, row: u32, glue: &Glue) {
         let tables = &mut self.tables;
         let rows = &tables.bodies.at(row).shapes;
@@ -92,7 +93,7 @@ impl World {
         tables.breakage.glued.insert(row, glued);
     }
 
-    /// Breaks the bonds that bear too much, and splits the bodies that come apart.
+    /// Breaks the overloaded bonds, and splits the bodies that come apart.
     pub(super) fn break_glue(&mut self, scratch: &mut Scratch, dt: f32) {
         let mut rows = core::mem::take(&mut scratch.bodies);
         rows.clear();
@@ -101,14 +102,14 @@ impl World {
             |row: &&u32| tables.bodies.at(**row).active() && tables.bodies.at(**row).breaks;
         rows.extend(tables.breakage.glued.keys().filter(can_part));
         for row in &rows {
-            // Taken, not removed: the list keeps its memory.
+            // Taking the value instead of removing the entry keeps its memory.
             let Some(slot) = self.tables.breakage.glued.get_mut(row) else { continue };
             let mut glued = core::mem::take(slot);
             load_pieces(&self.tables, *row, &glued, scratch);
             let body = self.tables.bodies.at(*row);
             let spin = DVec3::from(body.rotation.unrotate(body.w));
             scratch.bonds.find_broken(&mut glued, spin, f64::from(dt));
-            // A shape that was taken away may have held others.
+            // A removed shape may have connected others.
             let is_whole = scratch.bonds.part.iter().all(|part| *part == 0);
             if scratch.bonds.broken.is_empty() && is_whole {
                 if let Some(slot) = self.tables.breakage.glued.get_mut(row) {
@@ -138,7 +139,7 @@ impl World {
         }
     }
 
-    /// Takes the broken bonds away; what nothing holds any more becomes bodies of their own.
+    /// Removes the broken bonds. Disconnected parts become separate bodies.
     fn part_glued(&mut self, row: u32, mut glued: Glued, scratch: &Scratch) {
         let broken = &scratch.bonds.broken;
         let pose = self.tables.bodies.at(row).pose();
@@ -151,7 +152,7 @@ impl World {
         let id = self.tables.bodies.id(row);
         let mut number = 0..;
         glued.bonds.retain(|_| number.next().is_some_and(|i| broken.iter().all(|b| b.0 != i)));
-        // Parts in the order of their first pieces; the heaviest one stays.
+        // Parts in the order of their first pieces. The heaviest part keeps the body.
         let mut parts: Vec<(f64, Vec<u32>)> = Vec::new();
         let mut place = vec![usize::MAX; glued.pieces.len()];
         for (i, shape) in glued.pieces.iter().enumerate() {
@@ -196,9 +197,9 @@ impl World {
         });
     }
 
-    /// The bonds of a body that has these of the pieces.
+    /// Gives a body that has these pieces their bonds.
     fn glue_part(&mut self, row: u32, glued: &Glued, shapes: &[u32]) {
-        // Most parts are a piece.
+        // Most parts are single pieces.
         let is_glued = shapes.len() > 1;
         self.tables.bodies.at_mut(row).breaks = is_glued;
         if is_glued {
@@ -209,7 +210,7 @@ impl World {
     }
 }
 
-/// The pieces as rigid bodies in the body's frame, with what they got in the step.
+/// Collects the pieces as rigid bodies in the body's frame, with the impulses on them in the step.
 fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) {
     let body = tables.bodies.at(row);
     let lumps = &mut scratch.bonds.lumps;
@@ -221,7 +222,7 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
         total += f64::from(own.mass);
         lumps.push(lump(&own, &s.local));
     }
-    // Of a body whose mass was given, each has its share.
+    // If the mass of the body was given, each piece gets its share of it.
     if let MassSource::Mass(mass) = body.mass_source {
         let scale = f64::from(mass) / total;
         for l in lumps.iter_mut() {
@@ -257,14 +258,15 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
     }
 }
 
-/// What f32 can turn and add up: a blow beyond that breaks all that can break, and must stay a number.
+/// Clamps a vector to numbers that can be rotated and summed in f32. A larger impulse breaks every
+/// bond that can break, and must stay finite.
 fn kept(v: Vec3) -> Vec3 {
     const MOST: f32 = 1.0e37;
     v.bounded().min(Vec3::splat(MOST)).max(Vec3::splat(-MOST))
 }
 
-/// What a joint gave to one of its bodies in the step: where it acts, from the body's center of mass [m, world], linear
-/// and angular impulse.
+/// The load of a joint on one of its bodies in the step: point of action relative to the body's
+/// center of mass [m, world], linear and angular impulse.
 fn joint_load(tables: &Tables, row: u32, joint: &Joint) -> (Vec3, Vec3, Vec3) {
     let (a, b) = (tables.bodies.at(joint.body_a), tables.bodies.at(joint.body_b));
     let at_b = b.rotation.rotate(joint.anchor_b);
@@ -279,7 +281,7 @@ fn joint_load(tables: &Tables, row: u32, joint: &Joint) -> (Vec3, Vec3, Vec3) {
     (arm, -impulse, -turn)
 }
 
-/// The one of these shapes whose box is nearest to a point [m, frame of the body's origin]; the first of equals.
+/// The shape whose box is nearest to a point [m, frame of the body's origin]; the first of equals.
 pub(super) fn nearest(
     tables: &Tables,
     shapes: impl Iterator<Item = u32>,
@@ -297,7 +299,7 @@ pub(super) fn nearest(
     best.map(|(_, shape)| shape)
 }
 
-/// A solid as a lump in the body's frame.
+/// The lump of a solid in the body's frame.
 fn lump(own: &MassProperties, at: &Pose) -> Lump {
     let mut inertia = [[0.0; 3]; 3];
     let m = own.inertia.to_mat3();

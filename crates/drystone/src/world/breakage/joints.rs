@@ -1,4 +1,4 @@
-//! Joints that had to bear more than they can, and how they wear out.
+//! Fatigue and breakage of overloaded joints.
 
 use crate::base::math::bounded;
 use crate::state::def::{DefError, JointStrength};
@@ -6,7 +6,7 @@ use crate::state::events::{JointBreak, JointLimit};
 use crate::state::joints::{Joint, Link};
 use crate::world::{JointMut, World};
 
-/// What a joint bore in a step: force [N], torque [N m], impulse [N s].
+/// The load of a joint in a step: force [N], torque [N m], impulse [N s].
 struct Borne {
     force: f32,
     torque: f32,
@@ -14,7 +14,7 @@ struct Borne {
 }
 
 impl Borne {
-    /// `inv_h`: substeps a second.
+    /// The load of a joint. `inv_h`: substeps per second.
     fn by(joint: &Joint, inv_h: f32) -> Self {
         let [force, torque] = match &joint.link {
             Link::Ball | Link::Distance { .. } | Link::Six(_) => joint.peak,
@@ -26,7 +26,7 @@ impl Borne {
         Self { force, torque, impulse: bounded(impulse) }
     }
 
-    /// Wears the joint out; what broke it, if anything.
+    /// Adds fatigue damage of one step to the joint. Returns the exceeded limit if it breaks.
     fn wear(&self, joint: &mut Joint, dt: f32) -> Option<JointLimit> {
         let strength = joint.strength?;
         if let Some(fatigue) = strength.fatigue {
@@ -46,8 +46,8 @@ impl Borne {
 }
 
 impl World {
-    /// Removes the joints that had to bear more than they can, in the order of their slots. `inv_h`: substeps a
-    /// second; `dt`: of the step [s].
+    /// Removes the overloaded joints in the order of their slots. `inv_h`: substeps per second;
+    /// `dt`: length of the step [s].
     pub(in crate::world) fn break_joints(&mut self, inv_h: f32, dt: f32) {
         if self.tables.joints.breakable == 0 {
             return;
@@ -87,7 +87,7 @@ impl World {
 }
 
 impl JointMut<'_> {
-    /// Gives it another strength, as new: it is not worn out. A coupling bears anything whatever it is given.
+    /// Sets the strength of the joint and resets its fatigue damage to 0. A coupling never breaks.
     ///
     /// # Errors
     /// The first limit that is out of range.

@@ -1,5 +1,6 @@
-//! What breaks at the end of a step: joints, bonds of glued bodies, bodies that fracture. After all stages, by
-//! one thread, in the order of slots: bodies come and go here. See manual/breakage.md.
+//! Breakage at the end of a step: joints, bonds of glued bodies, and bodies that fracture. It runs
+//! after all stages on one thread, in the order of slots, because bodies are added and removed. See
+//! manual/breakage.md.
 
 mod bonds;
 mod glue;
@@ -15,22 +16,22 @@ use crate::state::contacts::Contact;
 pub use self::glue::BondRef;
 pub(super) use self::glue::bonds_of;
 
-/// What a contact point gave to a body that can break, in a step.
+/// The impulse of one contact point on a breakable body, in one step.
 #[derive(Clone, Copy, Debug)]
 struct Blow {
     body: u32,
-    /// Contact and point: blows are summed in their order.
+    /// Contact and point, the order of summation.
     contact: u32,
     place: u8,
     shape: u32,
     other: u32,
-    /// From the body's center of mass [m, world].
+    /// Point of action from the body's center of mass [m, world].
     arm: Vec3,
-    /// On the body [N s, world].
+    /// Impulse on the body [N s, world].
     impulse: Vec3,
 }
 
-/// Memory kept from step to step.
+/// Memory that is reused in every step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     blows: Vec<Blow>,
@@ -39,7 +40,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// What one body got.
+    /// The impulses on one body.
     fn blows_of(&self, body: u32) -> &[Blow] {
         let first = self.blows.partition_point(|b| b.body < body);
         let end = self.blows.partition_point(|b| b.body <= body);
@@ -48,7 +49,7 @@ impl Scratch {
 }
 
 impl World {
-    /// Breaks what the step was too much for. `dt`: of the step [s].
+    /// Breaks overloaded joints, bonds and bodies. `dt`: length of the step [s].
     pub(super) fn break_bodies(&mut self, dt: f32) {
         if !self.tables.breakage.any() {
             return;
@@ -64,19 +65,20 @@ impl World {
         blows.clear();
         let (bodies, contacts) = (&self.tables.bodies, &self.tables.contacts);
         for g in self.scratch.given().filter(|g| g.asked) {
-            // Contacts of what was put aside in this step are gone.
+            // Contacts of bodies put aside in this step no longer exist.
             if let Some(contact) = contacts.get(g.contact) {
                 let pressed: f32 = g.points.iter().sum();
                 let rub = g.push - contact.normal * pressed;
                 add_blows(bodies, g.contact, contact, &g.points, rub, blows);
             }
         }
-        // Blocks are in an order that goes by the number of workers.
+        // The order of blocks depends on the number of workers.
         blows.sort_unstable_by_key(|b| (b.body, b.contact, b.place));
     }
 }
 
-/// What a contact gave to each of its bodies that can break; friction is where the pressure is.
+/// Adds the impulses of a contact on each of its breakable bodies. Friction acts at the center of
+/// pressure.
 fn add_blows(
     bodies: &Bodies,
     row: u32,

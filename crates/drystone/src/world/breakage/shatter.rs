@@ -1,4 +1,4 @@
-//! Bodies that break where they are hit.
+//! Bodies that break into pieces where they are hit.
 
 use std::sync::Arc;
 
@@ -18,40 +18,44 @@ use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
 use crate::world::{BodyMut, World};
 
-/// A point that is hit is taken to be this far inside, as a part of the way to the center.
+/// Depth below the surface at which a hit point is placed, as a fraction of the distance to the
+/// center.
 const INSIDE: f32 = 0.05;
 
-/// A blow that breaks a body.
+/// An impact that breaks a body.
 struct Break {
     cause: FractureCause,
-    /// [m, world]
+    /// Point of impact [m, world].
     point: Vec3,
     value: f32,
     limit: f32,
 }
 
 impl BodyMut<'_> {
-    /// Breaks it now, as if it had been hit at `point` [m, world], whatever its own `fracture` says. Gives its pieces: none,
-    /// and the body stays, if it is too small or the world has [`crate::config::BreakageConfig::max_pieces`] already.
+    /// Breaks the body now, as if it had been hit at `point` [m, world], with the settings `how` in
+    /// place of its own `fracture`. Returns its pieces. If the body is too small, or the world
+    /// already has [`crate::config::BreakageConfig::max_pieces`], the body stays and the list is
+    /// empty.
     ///
     /// # Errors
-    /// It is no dynamic body of one box or hull, is glued, has a mass given in full, or is disabled; or a field is out of
-    /// range. Then nothing is changed.
+    /// The body is not a dynamic body of one box or hull, is glued, has an exact mass, or is
+    /// disabled; or a field is out of range. Then nothing is changed.
     pub fn break_at(self, point: impl Into<Vec3>, how: &Fracture) -> Result<Vec<BodyId>, DefError> {
         how.validate()?;
         let point = point.into();
         position("point", point)?;
         self.world.check_breakable(self.row)?;
         if self.world.tables.bodies.at(self.row).disabled {
-            return Err(DefError::unsuitable("body", "disabled", "a body that is enabled"));
+            return Err(DefError::unsuitable("body", "disabled", "an enabled body"));
         }
         Ok(self.world.shatter(self.row, how, point).unwrap_or_default())
     }
 
-    /// Lets it break where it is hit from now on; `None`: not any more.
+    /// Sets how the body breaks when it is hit; `None`: it does not break.
     ///
     /// # Errors
-    /// A body that cannot break, as of [`Self::break_at`]; a field that is out of range. Then nothing is changed.
+    /// A body that cannot break, as in [`Self::break_at`], or a field out of range. Then nothing is
+    /// changed.
     pub fn set_fracture(&mut self, how: Option<Fracture>) -> Result<(), DefError> {
         let Some(how) = how else {
             self.world.tables.breakage.fractures.remove(&self.row);
@@ -67,7 +71,7 @@ impl BodyMut<'_> {
 }
 
 impl World {
-    /// Breaks the bodies that were hit too hard.
+    /// Breaks the bodies that were hit harder than their limits.
     pub(super) fn fracture_bodies(&mut self, scratch: &mut Scratch) {
         let mut rows = core::mem::take(&mut scratch.bodies);
         rows.clear();
@@ -95,26 +99,28 @@ impl World {
         scratch.bodies = rows;
     }
 
-    /// Whether contacts are to sum up what they give to a body: it breaks, and is dynamic.
+    /// Updates the flag by which contacts sum their impulses on a body: it can break and is
+    /// dynamic.
     pub(in crate::world) fn follow_breakage(&mut self, row: u32) {
         let Tables { breakage, bodies, .. } = &mut self.tables;
         let body = bodies.at_mut(row);
         body.breaks = breakage.breaks(row) && body.is_dynamic();
     }
 
-    /// Refuses bodies that cannot be broken into pieces.
+    /// Refuses bodies that cannot break into pieces.
     fn check_breakable(&self, row: u32) -> Result<(), DefError> {
         let body = self.tables.bodies.at(row);
         let exact = body.mass_source == MassSource::Exact;
         let one = self.solid_shape(row).is_some();
         if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
-            let allowed = "a dynamic body of one box or hull, no glue, and no mass given in full";
+            let allowed =
+                "a dynamic body of one box or hull, without glue and without an exact mass";
             return Err(DefError::unsuitable("body", row, allowed));
         }
         Ok(())
     }
 
-    /// The only solid shape of a body, if it is a box or a hull.
+    /// The only solid shape of a body, as a hull, if it is a box or a hull.
     fn solid_shape(&self, row: u32) -> Option<(u32, Arc<Hull>)> {
         let shapes = &self.tables.shapes;
         let all = self.tables.bodies.at(row).shapes.iter();
@@ -128,7 +134,8 @@ impl World {
         none.is_none().then_some((shape, hull))
     }
 
-    /// Replaces a body by its pieces. `None`, and nothing is changed, if there would be fewer than two.
+    /// Replaces a body by its pieces. Returns `None` and changes nothing if there would be fewer
+    /// than two.
     fn shatter(&mut self, row: u32, how: &Fracture, point: Vec3) -> Option<Vec<BodyId>> {
         let (shape, hull) = self.solid_shape(row)?;
         let most = self.tables.config.breakage.max_pieces as usize;
@@ -160,7 +167,7 @@ impl World {
         }
         let mut made = Vec::with_capacity(defs.len());
         for (def, again) in defs {
-            // Checked above.
+            // The definition was checked above.
             let Ok(id) = self.add_body(def) else { continue };
             let body = self.tables.bodies.at_mut(id.index());
             body.is_piece = true;
@@ -177,7 +184,7 @@ impl World {
         Some(made)
     }
 
-    /// Gives each joint of a body to the piece that is nearest to its anchor.
+    /// Moves each joint of a body to the piece that is nearest to the joint's anchor.
     fn hang_joints(&mut self, row: u32, made: &[BodyId]) {
         for joint in self.tables.bodies.at(row).joints.clone() {
             let tables = &self.tables;
@@ -203,7 +210,7 @@ impl World {
     }
 }
 
-/// Cuts a hull into at most `count` pieces about a point [m, hull].
+/// Cuts a hull into at most `count` pieces around a point [m, hull].
 fn cut(
     hull: &Hull,
     point: Vec3,
@@ -213,7 +220,7 @@ fn cut(
 ) -> Vec<HullPiece> {
     let bounds = hull.bounds();
     let middle = bounds.center();
-    // A point that is hit is on the surface, or a little off.
+    // A hit point lies on the surface, or slightly off it.
     let hit = point.max(bounds.min).min(bounds.max);
     let hit = hit + (middle - hit) * INSIDE;
     let corners = [bounds.min, bounds.max].map(DVec3::from);
@@ -223,11 +230,12 @@ fn cut(
     hull.cut(&sites, how.least_volume()).unwrap_or_default()
 }
 
-/// A piece of a body's shape, which is at `at` [world], with this part of the body's mass.
+/// A piece of a body's shape. The shape has the pose `at` [world]; `part` is the piece's share of
+/// the body's mass.
 fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32) -> BodyDef {
     let arm = at.direction(piece.center) + (at.position - body.center);
     let shape = ShapeDef {
-        // What rounding corners did to its volume is not to change its mass.
+        // This density keeps the mass correct although rounding of corners changed the volume.
         density: body.mass * part / piece.hull.volume(),
         material: s.material,
         filter: s.filter,
@@ -256,7 +264,7 @@ fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32)
     }
 }
 
-/// The largest blow of one other body, if it passes a limit.
+/// The strongest impact by one other body, if it exceeds a limit.
 fn worst_blow(body: &Body, how: &Fracture, blows: &[Blow]) -> Option<Break> {
     let mut worst: Option<(f32, Break)> = None;
     for (i, first) in blows.iter().enumerate() {
@@ -290,7 +298,7 @@ fn worst_blow(body: &Body, how: &Fracture, blows: &[Blow]) -> Option<Break> {
     worst.map(|(_, found)| found)
 }
 
-/// What an impulse at an arm would give to a body alone at rest [J]: ½ p·(p/m) + ½ L·I⁻¹L.
+/// Kinetic energy that an impulse at an arm gives to a free body at rest [J]: ½ p·(p/m) + ½ L·I⁻¹L.
 fn energy_of(body: &Body, arm: Vec3, impulse: Vec3) -> f32 {
     let frame = body.rotation * body.principal;
     let turn = frame.unrotate(arm.cross(impulse));

@@ -1,4 +1,5 @@
-//! Shapes of a body become bodies of their own: mass, momentum and spin are what they were.
+//! Splits a body: groups of its shapes become new bodies. Mass, momentum and angular velocity are
+//! preserved.
 
 use super::glue::nearest;
 use crate::base::math::Vec3;
@@ -11,8 +12,8 @@ use crate::world::World;
 use crate::world::mass::principal_moments;
 
 impl World {
-    /// Makes a new body of each of these groups of a body's shapes; the body keeps the others. Rows of the new
-    /// bodies.
+    /// Makes a new body from each of these groups of a body's shapes. The body keeps its other
+    /// shapes. Returns the rows of the new bodies.
     pub(super) fn split_body(&mut self, row: u32, leaving: &[Vec<u32>]) -> Vec<u32> {
         self.sets().wake(row);
         for shape in leaving.iter().flatten() {
@@ -46,14 +47,15 @@ impl World {
             self.refresh_extent(*new);
             self.refresh_bounds(*new);
             self.sets().wake(*new);
-            // Being made awake is no event.
+            // Creating a body awake causes no wake event.
             let id = self.tables.bodies.id(*new);
             self.pending.wake.retain(|b| *b != id);
         }
         made
     }
 
-    /// A body of some of another's shapes, that moves as its matter does. `whole`: mass of all shapes.
+    /// A new body with some of the shapes of `old`, and the velocity that they had in `old`.
+    /// `whole`: mass of all shapes.
     fn part_of(&self, old: &Body, shapes: &[u32], whole: f32) -> Body {
         let mut total = mass_of(&self.tables, shapes);
         let mass_source = share(old.mass_source, total.mass, whole);
@@ -80,7 +82,8 @@ impl World {
             contacts: NONE,
             constraints: 0,
             awake_row: NONE,
-            // Particles hold the old body; the next step tells what they hold of the new ones.
+            // Particles are still attached to the old body. The next step detects particles that
+            // push the new ones.
             dragged: false,
             island: NONE,
             island_previous: NONE,
@@ -98,7 +101,7 @@ impl World {
         }
     }
 
-    /// The body keeps these shapes only.
+    /// Reduces the body to these shapes.
     fn shrink(&mut self, row: u32, old: &Body, kept: Vec<u32>, whole: f32) {
         let mut total = mass_of(&self.tables, &kept);
         let mass_source = share(old.mass_source, total.mass, whole);
@@ -113,11 +116,11 @@ impl World {
         self.refresh_bounds(row);
     }
 
-    /// Gives each joint of the body to the part whose shapes are nearest to its anchor.
+    /// Moves each joint of the body to the part whose shapes are nearest to the joint's anchor.
     fn deal_joints(&mut self, row: u32, old: &Body, made: &[u32]) {
         for joint in &old.joints {
             let j = self.tables.joints.at(*joint);
-            // The anchors of the part that stays were moved to its new center.
+            // The anchors of the remaining part have already been moved to its new center.
             let own = if j.body_a == row { j.anchor_a } else { j.anchor_b };
             let at = own + self.tables.bodies.at(row).local_center;
             let all = old.shapes.iter().copied();
@@ -130,7 +133,8 @@ impl World {
         }
     }
 
-    /// Fastens a joint's end to another body, at this anchor [m, frame of its origin]. Couplings follow their joints.
+    /// Moves a joint's end to another body, at this anchor [m, frame of its origin]. Its couplings
+    /// are updated.
     pub(super) fn move_joint(&mut self, joint: u32, from: u32, to: u32, anchor: Vec3) {
         if matches!(self.tables.joints.at(joint).link, Link::Coupling(_)) {
             return;
@@ -157,7 +161,7 @@ impl World {
     }
 }
 
-/// Mass properties of some shapes in the frame of their body's origin.
+/// Mass properties of some shapes, in the frame of their body's origin.
 fn mass_of(tables: &Tables, shapes: &[u32]) -> MassProperties {
     let solid = shapes.iter().map(|s| tables.shapes.at(*s));
     let parts: Vec<(Pose, MassProperties)> = solid
@@ -167,7 +171,7 @@ fn mass_of(tables: &Tables, shapes: &[u32]) -> MassProperties {
     MassProperties::combine(&parts)
 }
 
-/// Of a mass that was given the part that some of its shapes have.
+/// A given mass, scaled to the share of some of the shapes.
 fn share(mass: MassSource, part: f32, whole: f32) -> MassSource {
     match mass {
         MassSource::Mass(mass) => MassSource::Mass(mass * (part / whole)),

@@ -1,4 +1,5 @@
-//! Limits of joints of six axes: arcs for turns, bars for ways, and where the joint is between them.
+//! Limits of joints of six axes: arcs for rotations, bars for translations, and marks for the
+//! current coordinates.
 
 use core::f32::consts::TAU;
 
@@ -13,7 +14,7 @@ use crate::world::joint::JointRef;
 const LIMIT: DebugColor = DebugColor::LIMIT;
 const PLACE: DebugColor = DebugColor::PLACE;
 
-/// Parts of an arc for a whole turn.
+/// Segments of an arc for a whole turn.
 const PARTS: f32 = 48.0;
 
 /// A joint whose limits are drawn.
@@ -34,7 +35,8 @@ impl Pen<'_> {
         let at = joint.anchor_a();
         let frames = [a.rotation * axes.frame_a, b.rotation * axes.frame_b];
         let frames = frames.map(|rotation| Pose { position: at, rotation });
-        // Arcs of neighbors, such as those of a spine, stay apart, and none is so small that nothing is seen.
+        // The size keeps the arcs of neighbors apart, as in a spine, and every arc large enough to
+        // see.
         let sizes = [a, b].into_iter().filter(|body| body.is_dynamic() && body.extent > 0.0);
         let least = sizes.map(|body| body.extent).fold(f32::INFINITY, f32::min);
         let size = (0.7 * least).max(0.25 * self.size).min(self.size);
@@ -43,13 +45,13 @@ impl Pen<'_> {
         self.arcs(&drawn);
     }
 
-    /// A bar from the least to the greatest place along each axis, a tick where the second body is.
+    /// Draws a bar from the minimum to the maximum along each axis, and a tick at the second body.
     fn bars(&mut self, &Drawn { joint, axes, frames: [frame, _], size }: &Drawn<'_>) {
         let gap = joint.coordinates().map_or(Vec3::ZERO, |[gap, _]| gap);
         for (i, axis) in axes.linear.iter().enumerate() {
             let JointMotion::Limited { min, max, .. } = axis.motion else { continue };
             let (along, across) = (unit(i), unit((i + 1) % 3));
-            // Without an end it goes on to some way beyond where it is.
+            // Where a limit is missing, the bar ends some distance beyond the current coordinate.
             let far = 2.0 * size;
             let (low, high) = (min.max(gap[i].min(max) - far), max.min(gap[i].max(min) + far));
             let at = |x: f32, side: f32| frame.point(along * x + across * (side * size));
@@ -61,20 +63,22 @@ impl Pen<'_> {
         }
     }
 
-    /// An arc from the least to the greatest angle about each axis, and the angle that is; the rim of a cone.
+    /// Draws an arc from the minimum to the maximum angle about each axis, a mark at the current
+    /// angle, and the rim of a cone.
     fn arcs(&mut self, &Drawn { joint, axes, frames: [frame, second], size }: &Drawn<'_>) {
         let angles = joint.coordinates().map_or(Vec3::ZERO, |[_, angles]| angles);
         let is_free = |i: usize| moves(axes.angular[i].motion);
         let free = (0..3).filter(|i| is_free(*i)).count();
         for (i, axis) in axes.angular.iter().enumerate() {
             let JointMotion::Limited { min, max, .. } = axis.motion else { continue };
-            // Of two axes the second one stays with the second body.
+            // With two free axes the second one is fixed to the second body.
             let is_second = free == 2 && is_free(i) && (0..i).any(is_free);
             let with_b = is_second && axes.cone.is_none();
             let own = if with_b { second } else { frame };
-            // Turned about x is y; turned about y or z is x, the axis that swings.
+            // A rotation about x is shown by y; a rotation about y or z is shown by x, the axis
+            // that swings.
             let arm = if i == 0 { Vec3::Y } else { Vec3::X };
-            // Seen from the second body what turns is the first one: the other way.
+            // Seen from the second body, the first body turns, with the opposite sign.
             let sign = if with_b { -1.0 } else { 1.0 };
             let at = |angle: f32| {
                 let turn = Quat::from_axis_angle(unit(i), sign * angle);
@@ -90,7 +94,7 @@ impl Pen<'_> {
             self.line(own.position, at(angle), PLACE);
         }
         let Some(cone) = axes.cone else { return };
-        // The swing is a rotation vector across x, and its limit an ellipse.
+        // The swing is a rotation vector perpendicular to x. Its limit is an ellipse.
         let swung = |y: f32, z: f32| {
             let vector = Vec3::from([0.0, y, z]);
             frame.point(Quat::from_rotation_vector(vector).rotate(Vec3::X) * size)
@@ -106,7 +110,7 @@ impl Pen<'_> {
         self.line(frame.position, swung(angles.y, angles.z), PLACE);
     }
 
-    /// A line along what `at` gives for angles from `low` to `high` [rad].
+    /// Draws a line through `at(angle)` for angles from `low` to `high` [rad].
     fn limit_arc(&mut self, low: f32, high: f32, at: impl Fn(f32) -> Vec3) {
         if !(high > low) {
             return;
@@ -120,7 +124,7 @@ impl Pen<'_> {
     }
 }
 
-/// Whether an axis is not held at one place.
+/// True if the axis is not locked.
 fn moves(motion: JointMotion) -> bool {
     match motion {
         JointMotion::Free => true,
@@ -158,10 +162,10 @@ mod tests {
         fn point(&mut self, _: Vec3, _: DebugColor) {}
     }
 
-    /// Two bodies at one place, the second one turned, and the lines of their joint.
+    /// Lines of a joint between two bodies at one place, the second one turned by `turn`.
     fn lines(axes: SixDof, turn: Quat, at: Vec3) -> Vec<Segment> {
         let mut world = World::default();
-        // So large that arcs have the radius 1.
+        // This radius gives arcs the radius 1.
         let ball = || ShapeDef::sphere(2.0);
         let a = world.add_body(BodyDef::fixed().with_shape(ball())).unwrap();
         let b = BodyDef::dynamic().with_position(at).with_rotation(turn).with_shape(ball());
@@ -173,13 +177,13 @@ mod tests {
         lines.0
     }
 
-    /// Where the marks of what is end.
+    /// End points of the marks of current coordinates.
     fn places(lines: &[Segment]) -> Vec<Vec3> {
         lines.iter().filter(|line| line.2 == PLACE).map(|line| line.1).collect()
     }
 
     fn near(a: Vec3, b: Vec3) -> bool {
-        // Sums of some products of numbers about 1.
+        // Rounding of sums of a few products of numbers near 1.
         (a - b).length() < 1.0e-5
     }
 
@@ -190,7 +194,7 @@ mod tests {
         let lines = lines(axes, turn, Vec3::ZERO);
         assert_eq!(places(&lines).len(), 1);
         assert!(near(places(&lines)[0], turn.rotate(Vec3::Y)), "{:?}", places(&lines));
-        // The arc goes from −z to z over y.
+        // The arc leads from −z to z through y.
         let ends =
             |end: Vec3| lines.iter().any(|l| l.2 == LIMIT && (near(l.0, end) || near(l.1, end)));
         assert!(ends(-Vec3::Z) && ends(Vec3::Z) && ends(Vec3::Y));
@@ -199,14 +203,14 @@ mod tests {
 
     #[test]
     fn both_marks_of_a_universal_joint_are_on_its_cross() {
-        // x about the first body's x, then y about the second one's y.
+        // Rotation about the first body's x, then about the second body's y.
         let first = Quat::from_axis_angle(Vec3::X, 0.4);
         let turn = first * Quat::from_axis_angle(Vec3::Y, 0.6);
         let free = JointAxis::limited(-1.0, 1.0);
         let lines = lines(Universal::of(free, free).six_dof(), turn, Vec3::ZERO);
         let marks = places(&lines);
         assert_eq!(marks.len(), 2);
-        // The cross between both bodies: y stays with the second one, x with the first.
+        // The cross between both bodies: its y is fixed to the second body, its x to the first.
         assert!(near(marks[0], turn.rotate(Vec3::Y)), "{marks:?}");
         assert!(near(marks[1], Vec3::X), "{marks:?}");
     }

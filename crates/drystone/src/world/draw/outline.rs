@@ -1,4 +1,4 @@
-//! Edges of shapes, and circles of those without edges.
+//! Edges of shapes, and circles for shapes without edges.
 
 use core::f32::consts::TAU;
 
@@ -11,14 +11,14 @@ use crate::geometry::hull::Hull;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::shape::Shape;
 
-/// Parts of a circle.
+/// Segments of a circle.
 const PARTS: u16 = 24;
 
-/// Half the edge of the square that stands for a half-space [m], times the world's length.
+/// Half the edge length of the square drawn for a half-space [m], times the world's length scale.
 const SQUARE: f32 = 5.0;
 
 impl Pen<'_> {
-    /// The outline of a shape at a pose [world].
+    /// Draws the outline of a shape at a pose [world].
     pub(super) fn outline(&mut self, shape: &Shape, pose: &Pose, color: DebugColor) {
         match shape {
             Shape::Sphere { radius } => {
@@ -60,12 +60,12 @@ impl Pen<'_> {
         }
     }
 
-    /// A whole circle about a point of a pose: its two half axes.
+    /// Draws a whole circle about the local point `at`; `axes` are its two half axes.
     fn circle(&mut self, pose: &Pose, at: Vec3, axes: [Vec3; 2], color: DebugColor) {
         self.arc(pose, at, axes, TAU, color);
     }
 
-    /// A part of one, from the first half axis on [rad].
+    /// Draws an arc from the first half axis through `angle` [rad].
     fn arc(&mut self, pose: &Pose, at: Vec3, [u, v]: [Vec3; 2], angle: f32, color: DebugColor) {
         let mut before = pose.point(at + u);
         for part in 1..=PARTS {
@@ -89,7 +89,7 @@ impl Pen<'_> {
         self.sides(pose, half_height, [radius; 2], color);
     }
 
-    /// Rims and sides of a cone or cylinder.
+    /// Draws the rims and sides of a cone or cylinder.
     fn frustum(&mut self, pose: &Pose, half_height: f32, radii: [f32; 2], color: DebugColor) {
         for (side, radius) in [-1.0, 1.0].into_iter().zip(radii) {
             let end = Vec3::Y * (side * half_height);
@@ -108,7 +108,7 @@ impl Pen<'_> {
     }
 
     fn hull(&mut self, hull: &Hull, pose: &Pose, color: DebugColor) {
-        // Twins stand side by side.
+        // Twin half-edges are adjacent in the list.
         for twins in hull.edges.chunks_exact(2) {
             let [a, b] = [twins[0], twins[1]].map(|edge| hull.vertices[usize::from(edge.origin)]);
             self.line(pose.point(a), pose.point(b), color);

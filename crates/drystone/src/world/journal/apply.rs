@@ -1,4 +1,4 @@
-//! Making a [`Call`].
+//! Execution of a [`Call`].
 
 use super::call::{Answer, AxisCall, BodyCall, Call, JointCall, ParticleCall, ShapeCall};
 use crate::state::def::DefError;
@@ -15,8 +15,8 @@ use crate::world::told::Told as _;
 type Answered = Result<Answer, DefError>;
 
 impl World {
-    /// Makes a call that is given as data. Answers what the function answers that the call names; of a stale id
-    /// [`Answer::Nothing`].
+    /// Makes a call given as data. Returns the answer of the function that the call names, and
+    /// [`Answer::Nothing`] for a stale id.
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {
@@ -36,8 +36,8 @@ impl World {
     /// ```
     ///
     /// # Errors
-    /// The field that is out of range; then nothing is changed. A call of each frame is a fault of the next step besides, as if it had
-    /// been made by its function.
+    /// The field that is out of range; then nothing is changed. A refused per-frame call is also a
+    /// fault of the next step, as if its function had been called.
     pub fn apply(&mut self, call: &Call) -> Answered {
         match call {
             Call::Step(dt) => {

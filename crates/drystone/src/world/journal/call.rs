@@ -1,4 +1,4 @@
-//! Calls that change a world, as data: what each is called with, and what it answers.
+//! Calls that change a world, as data: their arguments and their answers.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -21,11 +21,12 @@ use crate::state::reports::{ContactReports, Senses};
 use crate::state::sixdof::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
 use crate::world::strand::{ClothDef, RopeDef, Strand};
 
-/// A call that changes a world, as data: it can be stored, sent, and made by [`World::apply`](crate::World::apply). Ids are those
-/// that the world gave.
+/// A call that changes a world, as data: it can be stored, sent, and made by
+/// [`World::apply`](crate::World::apply). Its ids are those that the world returned.
 ///
-/// Everything is here that changes what later steps come to. Not here are the executor and the SIMD level, which change no
-/// result, and books ([`World::begin_ledger`](crate::World::begin_ledger)), which only read.
+/// Every call that affects later steps has a variant. The executor and the SIMD level have none
+/// because they change no result. The ledger ([`World::begin_ledger`](crate::World::begin_ledger))
+/// has none because it only reads.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
@@ -76,7 +77,7 @@ pub enum Call {
     RemoveLink(LinkId),
     /// [`LinkMut::set_length`](crate::particle::LinkMut::set_length) [m].
     SetLinkLength(LinkId, f32),
-    /// [`BodyMut::break_at`](crate::BodyMut::break_at), hit at a point [m, world].
+    /// [`BodyMut::break_at`](crate::BodyMut::break_at): point of impact [m, world].
     BreakAt(BodyId, Vec3, Fracture),
     /// [`World::set_bodies_collide`](crate::World::set_bodies_collide).
     SetBodiesCollide(BodyId, BodyId, bool),
@@ -109,10 +110,10 @@ pub enum BodyCall {
     SetLinearVelocity(Vec3),
     /// [`BodyMut::set_angular_velocity`](crate::BodyMut::set_angular_velocity) [rad/s, world].
     SetAngularVelocity(Vec3),
-    /// [`BodyMut::correct_state`](crate::BodyMut::correct_state): pose [m, world], linear and angular velocity
-    /// [m/s, rad/s, world].
+    /// [`BodyMut::correct_state`](crate::BodyMut::correct_state): pose [m, world], linear and
+    /// angular velocity [m/s, rad/s, world].
     CorrectState(Pose, Vec3, Vec3),
-    /// [`BodyMut::move_to`](crate::BodyMut::move_to): pose [m, world], in so much time [s].
+    /// [`BodyMut::move_to`](crate::BodyMut::move_to): pose [m, world], time [s].
     MoveTo(Pose, f32),
     /// [`BodyMut::apply_impulse`](crate::BodyMut::apply_impulse) [N s, world].
     ApplyImpulse(Vec3),
@@ -165,7 +166,8 @@ pub enum ShapeCall {
     SetSensor(bool),
     /// [`ShapeMut::set_density`](crate::ShapeMut::set_density) [kg/m³].
     SetDensity(f32),
-    /// [`ShapeMut::set_local_pose`](crate::ShapeMut::set_local_pose) [m, frame of the body's origin].
+    /// [`ShapeMut::set_local_pose`](crate::ShapeMut::set_local_pose) [m, frame of the body's
+    /// origin].
     SetLocalPose(Pose),
     /// [`ShapeMut::set_geometry`](crate::ShapeMut::set_geometry).
     SetGeometry(Shape),
@@ -204,9 +206,10 @@ pub enum JointCall {
     SetCoupling(f32, f32),
     /// [`JointMut::set_axes`](crate::JointMut::set_axes).
     SetAxes(Box<SixDof>),
-    /// A call on one axis of a joint of six axes; `None`: on its one free axis.
+    /// A call on one axis of a joint of six axes; `None`: its one free axis.
     Axis(Option<Axis>, AxisCall),
-    /// [`JointMut::set_target_rotation`](crate::JointMut::set_target_rotation): rotation, spring, greatest torque [N m].
+    /// [`JointMut::set_target_rotation`](crate::JointMut::set_target_rotation): rotation, spring,
+    /// maximum torque [N m].
     SetTargetRotation(Quat, JointSpring, f32),
     /// [`JointMut::set_strength`](crate::JointMut::set_strength).
     SetStrength(Option<JointStrength>),
@@ -235,9 +238,11 @@ pub enum AxisCall {
     SetLimits(f32, f32),
     /// [`AxisMut::set_drive`](crate::joint::AxisMut::set_drive).
     SetDrive(Option<JointDrive>),
-    /// [`AxisMut::set_motor`](crate::joint::AxisMut::set_motor): speed [m/s; rad/s], greatest force [N; N m].
+    /// [`AxisMut::set_motor`](crate::joint::AxisMut::set_motor): speed [m/s; rad/s], maximum force
+    /// [N; N m].
     SetMotor(f32, f32),
-    /// [`AxisMut::set_servo`](crate::joint::AxisMut::set_servo): position [m; rad], spring, greatest force [N; N m].
+    /// [`AxisMut::set_servo`](crate::joint::AxisMut::set_servo): position [m; rad], spring, maximum
+    /// force [N; N m].
     SetServo(f32, JointSpring, f32),
     /// [`AxisMut::set_friction`](crate::joint::AxisMut::set_friction) [N; N m].
     SetFriction(f32),
@@ -258,20 +263,21 @@ pub enum ParticleCall {
     SetMass(f32),
     /// [`ParticleMut::set_pinned`](crate::particle::ParticleMut::set_pinned).
     SetPinned(bool),
-    /// [`ParticleMut::attach`](crate::particle::ParticleMut::attach), to a point [m, frame of the body's origin].
+    /// [`ParticleMut::attach`](crate::particle::ParticleMut::attach): body, point [m, frame of the
+    /// body's origin].
     Attach(BodyId, Vec3),
     /// [`ParticleMut::detach`](crate::particle::ParticleMut::detach).
     Detach,
 }
 
-/// What a [`Call`] answered.
+/// The answer of a [`Call`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Answer {
-    /// It was done.
+    /// The call succeeded.
     Done,
-    /// There is no such body, shape, joint, particle or link, or nothing to be done to it.
+    /// The body, shape, joint, particle or link does not exist, or the call had no effect.
     Nothing,
     /// The id of a new body.
     Body(BodyId),
@@ -285,6 +291,6 @@ pub enum Answer {
     Link(LinkId),
     /// The ids of new particles and links.
     Strand(Strand),
-    /// The pieces of a body, new bodies.
+    /// The new bodies that are the pieces of a broken body.
     Pieces(Vec<BodyId>),
 }

@@ -1,4 +1,4 @@
-//! Journals: calls, one after the other, with what each came to, so that a run can be made again and compared.
+//! Journals: calls in order with their results, so that a run can be replayed and compared.
 
 mod apply;
 mod call;
@@ -14,14 +14,14 @@ use crate::state::def::DefError;
 use crate::step::Stage;
 use crate::world::StageHashes;
 
-/// Of the layout; goes up whenever calls or snapshots change.
+/// Version of the layout; it increases whenever calls or snapshots change.
 const VERSION: u32 = 2;
 
-/// The state that a world was in and every call since, with what each came to.
+/// The initial state of a world and every later call with its result.
 ///
-/// A bug report is a journal: who replays it has the world in which it happened, and learns whether his machine comes to the
-/// same. So is what a server sends to somebody who joins late. All that changes the world is to go through
-/// [`Self::call`].
+/// A bug report can be a journal. A replay gives the world in which the bug happened, and shows
+/// whether another machine computes the same results. A server can send a journal to a client that
+/// joins late. Every change of the world must go through [`Self::call`].
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -49,11 +49,11 @@ const VERSION: u32 = 2;
 pub struct Journal {
     start: Vec<u8>,
     entries: Vec<Entry>,
-    /// After the last call.
+    /// Body hashes after the last call.
     known: BodyHashes,
 }
 
-/// A call and what it came to.
+/// A call and its result.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Entry {
@@ -66,27 +66,27 @@ struct Entry {
 enum Came {
     Refused,
     Answered(Answer),
-    /// A step: hashes of what its stages left.
+    /// A step: hashes of the data that its stages left.
     Stepped {
         stages: StageHashes,
-        /// Slots of the bodies whose hashes are no more what they were after the step before, with the new ones.
+        /// Slots of the bodies whose hash changed in this step, with the new hashes.
         bodies: Vec<(u32, u32)>,
     },
 }
 
-/// A hash of each body by its slot; 0 where there is none.
+/// A hash of each body by its slot; 0 for an empty slot.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct BodyHashes(Vec<u32>);
 
 impl BodyHashes {
-    /// What changed since the last look.
+    /// Updates the hashes. Returns the changed ones.
     fn look(&mut self, world: &World) -> Vec<(u32, u32)> {
         let rows = &world.tables.bodies.rows;
         let slots = u32::try_from(rows.slot_count().max(self.0.len())).unwrap_or(u32::MAX);
         let hash_of = |slot| {
             let body = rows.id_at(slot).and_then(|id| world.body(id));
-            // Half of the bits are enough to tell that a body differs.
+            // Half of the bits suffice to detect a difference.
             #[expect(clippy::cast_possible_truncation, reason = "half of the bits")]
             body.map_or(0, |body| body.state_hash() as u32)
         };
@@ -100,7 +100,8 @@ impl BodyHashes {
         self.0.get(slot as usize).copied().unwrap_or(0)
     }
 
-    /// Takes over what changed. A slot is not far behind the last: a stranger's may be anywhere, and is left out.
+    /// Applies changed hashes. New slots follow the last one closely. A slot far beyond it, in a
+    /// forged journal, is ignored.
     fn follow(&mut self, changed: &[(u32, u32)]) {
         for (slot, hash) in changed {
             let slot = *slot as usize;
@@ -113,25 +114,25 @@ impl BodyHashes {
         }
     }
 
-    /// The first slot in which two differ.
+    /// The first slot with different hashes.
     fn difference(&self, other: &Self) -> Option<u32> {
         let slots = u32::try_from(self.0.len().max(other.0.len())).unwrap_or(u32::MAX);
         (0..slots).find(|slot| self.get(*slot) != other.get(*slot))
     }
 }
 
-/// Where a run first came to something else than the one that is in a journal.
+/// The first difference between a replay and its journal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Difference {
-    /// The number of the call, the first is 0.
+    /// Index of the call, from 0.
     pub call: usize,
     /// [`World::step_count`] after it.
     pub step: u64,
-    /// The stage of the step, the first whose own data differ: see [`World::stage_hashes`]. `None`: not a step differs
-    /// but what another call answered.
+    /// The first stage of the step whose own data differ: see [`World::stage_hashes`]. `None`: the
+    /// call was not a step, and its answer differs.
     pub stage: Option<Stage>,
-    /// The first body, in slot order, whose pose or velocity differs then.
+    /// The first body in slot order whose pose or velocity differs.
     pub body: Option<BodyId>,
 }
 
@@ -156,18 +157,18 @@ impl core::fmt::Display for Difference {
 pub enum JournalError {
     /// The bytes are not a journal.
     NotAJournal,
-    /// They are a journal of another version of the layout: theirs, and the one that is read.
+    /// They are a journal of an unsupported version of the layout.
     Version {
-        /// Theirs.
+        /// Version of the journal.
         found: u32,
-        /// The one that is read.
+        /// Supported version.
         read: u32,
     },
-    /// They were cut off or changed since they were written.
+    /// They were truncated or changed after they were written.
     Damaged,
-    /// What the run began with is no world.
+    /// The initial state is not a valid world.
     Start(SnapshotError),
-    /// The run came to something else.
+    /// The replay gave a different result.
     Differs(Difference),
 }
 
@@ -176,7 +177,7 @@ impl core::fmt::Display for JournalError {
         match self {
             Self::NotAJournal => write!(f, "this is no journal of a world"),
             Self::Version { found, read } => {
-                write!(f, "the journal has version {found}, allowed is version {read}")
+                write!(f, "the journal must have version {read} (got {found})")
             }
             Self::Damaged => write!(f, "the journal was cut off or changed"),
             Self::Start(why) => write!(f, "the start of the journal: {why}"),
@@ -188,10 +189,10 @@ impl core::fmt::Display for JournalError {
 impl core::error::Error for JournalError {}
 
 impl Journal {
-    /// The first bytes of what [`Self::to_bytes`] gives, by which a file of them is told from others.
+    /// The first bytes of the result of [`Self::to_bytes`], which identify the file format.
     pub const KIND: [u8; 8] = *b"drydiary";
 
-    /// An empty journal that begins with the world as it is.
+    /// An empty journal that begins with the current state of the world.
     #[must_use]
     pub fn begin(world: &World) -> Self {
         let mut known = BodyHashes::default();
@@ -199,10 +200,10 @@ impl Journal {
         Self { start: world.snapshot(), entries: Vec::new(), known }
     }
 
-    /// Makes a call and takes it down with what it came to, also if it is refused.
+    /// Makes a call and records it with its result, even if it is refused.
     ///
     /// # Errors
-    /// Those of [`World::apply`].
+    /// The errors of [`World::apply`].
     pub fn call(&mut self, world: &mut World, call: Call) -> Result<Answer, DefError> {
         let answer = world.apply(&call);
         let came = came(world, &call, answer.as_ref(), &mut self.known);
@@ -216,24 +217,27 @@ impl Journal {
         self.entries.iter().map(|entry| &entry.call)
     }
 
-    /// The snapshot that the run begins with.
+    /// The snapshot of the initial state.
     #[must_use]
     pub fn start(&self) -> &[u8] {
         &self.start
     }
 
-    /// Makes all calls again in `world`, which becomes that of the start first and keeps its executor and SIMD level.
+    /// Restores the initial state in `world` and makes all calls again. The world keeps its
+    /// executor and SIMD level.
     ///
     /// # Errors
-    /// That the start is no world, or the first thing that came out different; the world is left there.
+    /// The initial state is not a valid world, or a result differs. The world stays in the state
+    /// after the first difference.
     pub fn replay(&self, world: &mut World) -> Result<(), JournalError> {
         self.replay_some(world, self.entries.len())
     }
 
-    /// [`Self::replay`], of the first `calls` calls: to look at the world just before something happens.
+    /// Like [`Self::replay`] for the first `calls` calls, for example to inspect the world just
+    /// before an event.
     ///
     /// # Errors
-    /// As for [`Self::replay`].
+    /// The same errors as those of [`Self::replay`].
     pub fn replay_some(&self, world: &mut World, calls: usize) -> Result<(), JournalError> {
         world.restore_from(&self.start).map_err(JournalError::Start)?;
         let mut own = BodyHashes::default();
@@ -270,10 +274,11 @@ impl Journal {
         bytes
     }
 
-    /// The journal of [`Self::to_bytes`], whoever wrote it. It can be gone on with in the world that a replay made.
+    /// The journal of [`Self::to_bytes`]; the bytes need not be trusted. It can be continued in the
+    /// world of a replay.
     ///
     /// # Errors
-    /// Why the bytes are no journal. Whether its calls make sense shows when it is replayed.
+    /// Reason why the bytes are not a journal. A replay shows whether its calls are valid.
     pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, JournalError> {
         if split(&mut bytes) != Some(Self::KIND) {
             return Err(JournalError::NotAJournal);
@@ -308,7 +313,7 @@ fn came(
     }
 }
 
-/// The first stage of which two steps differ.
+/// The first stage in which two steps differ.
 fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
     let (Came::Stepped { stages: now, bodies }, Came::Stepped { stages: then, bodies: others }) =
         (now, then)
@@ -316,7 +321,7 @@ fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
         return None;
     };
     match now.first_difference(then) {
-        // Velocities are told by the hashes of bodies too.
+        // The body hashes cover velocities too.
         None if bodies != others => Some(Stage::Finalize),
         first => first,
     }
@@ -332,7 +337,7 @@ mod tests {
 
     const DT: f32 = 1.0 / 60.0;
 
-    /// Two boxes fall and are pushed; after the third step one of them comes.
+    /// Two boxes fall and are pushed. A third one is added after the third step.
     fn journal() -> (Journal, World) {
         let mut world = World::default();
         let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
@@ -366,7 +371,7 @@ mod tests {
         assert_eq!(replay(&journal), Ok(world.state_hash()));
         let read = Journal::from_bytes(&journal.to_bytes()).unwrap();
         assert_eq!(replay(&read), Ok(world.state_hash()));
-        // And gone on with.
+        // The journal can be continued.
         let (mut longer, mut on) = (read.clone(), World::default());
         longer.replay(&mut on).unwrap();
         for _ in 0..10 {
@@ -386,31 +391,32 @@ mod tests {
             Err(Error::Differs(d)) => (d.call, d.step, d.stage, d.body.map(|b| b.index())),
             other => panic!("{other:?}"),
         };
-        // A push that is a little less: the box in slot 1 moves otherwise in that step, by the solver's friction.
+        // With a slightly smaller push, the box in slot 1 moves differently in that step because of
+        // the solver's friction.
         let mut pushed = journal.clone();
         let Call::Body(_, push) = &mut pushed.entries[5].call else { panic!() };
         *push = BodyCall::ApplyImpulse(vec3(99.0, 0.0, 0.0));
         let (call, step, stage, body) = differs(&pushed);
         assert_eq!((call, step, body), (6, 4, Some(1)));
         assert!(matches!(stage, Some(Stage::Narrowphase | Stage::Solver | Stage::Finalize)));
-        // The box that comes later goes to another place.
+        // The added box gets another position.
         let mut moved = journal.clone();
         let Call::AddBody(def) = &mut moved.entries[4].call else { panic!() };
         def.position.x = 4.0;
         assert_eq!(differs(&moved), (6, 4, Some(Stage::Finalize), Some(2)));
-        // It does not come: what was added is not what was answered, and no step says so first.
+        // The box is not added. The answer of the call differs before any step does.
         let mut gone = journal.clone();
         gone.entries[4].call = Call::WakeAll;
         let (call, step, stage, _) = differs(&gone);
         assert_eq!((call, step, stage), (4, 3, None));
-        // A hash that is another one.
+        // A recorded hash is wrong.
         let mut hashed = journal;
         let Came::Stepped { stages, .. } = &mut hashed.entries[9].came else { panic!() };
         stages.change(Stage::Report);
         assert_eq!(differs(&hashed), (9, 7, Some(Stage::Report), None));
     }
 
-    /// With the checksum made right: a stranger can do that.
+    /// The checksum is correct, as in a forged file.
     #[test]
     fn damaged_journals_are_refused_or_run() {
         let bytes = journal().0.to_bytes();
@@ -428,7 +434,7 @@ mod tests {
         for case in 0..600 {
             let mut body = bytes[20..].to_vec();
             for _ in 0..=below(3) {
-                // The start is a snapshot, whose own checksum holds.
+                // The start is a snapshot with its own valid checksum.
                 let at = start + below(body.len() - start);
                 match below(4) {
                     0 => body[at] ^= 1 << below(8),

@@ -1,4 +1,5 @@
-//! One move of a [`Mover`]: out of overlaps, along the ground or over a step, up or down, and onto the ground again.
+//! One move of a [`Mover`]: out of overlaps, along the ground or over a step, up or down, and back
+//! onto the ground.
 
 use super::{Moved, Mover, MoverHit};
 use crate::base::math::{Vec3, greater, lesser};
@@ -9,35 +10,35 @@ use crate::query::filter::{Inside, QueryFilter};
 use crate::state::def::DefError;
 use crate::world::World;
 
-/// Surfaces that one way is bent by, at most.
+/// Maximum number of surfaces that bend one displacement.
 const MOST_BENDS: usize = 6;
-/// Pushes out of overlaps, at most.
+/// Maximum number of pushes out of overlaps.
 const MOST_PUSHES: usize = 8;
-/// A look along a way is no longer than so many skins at first, for what is near is known to a part of its length. Where it
-/// meets nothing the next one is ten times as long.
+/// Length of the first cast, in skins. A cast resolves hits only to a fraction of its length, so
+/// near obstacles need a short one. After a cast without a hit the next one is ten times as long.
 const LONGEST: f32 = 1.0e4;
-/// Looks along one way, at most: more than the longest way needs, far and near.
+/// Maximum number of casts along one displacement; more than the longest one needs.
 const MOST_LOOKS: usize = 32;
-/// Fractions of casts are known to this part of a way.
+/// Relative accuracy of the hit fraction of a cast.
 const ROUNDING: f32 = 1.0e-6;
-/// A way that goes along a surface, within this cosine of the angle, does not run into it.
+/// A displacement within this cosine of a surface's tangent does not run into the surface.
 const ALONG: f32 = 1.0e-5;
 
-/// How steep surfaces bend a way.
+/// Treatment of steep surfaces.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mode {
-    /// They are walls: nobody is lifted by them.
+    /// Steep surfaces are walls and lift nothing.
     Level,
-    /// It slides along them, and ends on ground.
+    /// The shape slides along steep surfaces, and stops on ground.
     Down,
-    /// It slides along them.
+    /// The shape slides along steep surfaces.
     Up,
 }
 
-/// Ground that holds.
+/// Walkable ground.
 #[derive(Clone, Copy)]
 struct Ground {
-    /// Where the shape stands on it.
+    /// Position of the shape on the ground.
     at: Vec3,
     hit: ShapeHit,
     normal: Vec3,
@@ -49,14 +50,14 @@ pub(super) struct Walk<'a, 'f> {
     pub(super) mover: &'a Mover,
     pub(super) filter: QueryFilter<'f>,
     pub(super) rotation: Quat,
-    /// Unit.
+    /// Upward direction, unit.
     pub(super) up: Vec3,
-    /// Ground has a normal with at least this much of it up.
+    /// Minimum upward component of the normal of walkable ground.
     pub(super) flattest: f32,
 }
 
 impl Walk<'_, '_> {
-    /// The whole move.
+    /// Runs the whole move.
     pub(super) fn all(&self, from: Vec3, delta: Vec3, moved: &mut Moved) -> Result<(), DefError> {
         let mover = self.mover;
         moved.hits.clear();
@@ -93,7 +94,7 @@ impl Walk<'_, '_> {
         self.filter.with_inside(Inside::Solid)
     }
 
-    /// Out of what it overlaps, the deepest first.
+    /// Pushes the shape out of overlaps, the deepest first.
     fn push_out(&self, mut at: Vec3) -> Result<Vec3, DefError> {
         let (query, shape) = (self.world.query(), &self.mover.shape);
         let holds = |shape: crate::ShapeRef<'_>| {
@@ -110,8 +111,9 @@ impl Walk<'_, '_> {
         Ok(at)
     }
 
-    /// Puts the surfaces that a way runs into in `moved.found`, nearest first. Surfaces that it goes along or away from are left out, so
-    /// that a wall in which it stands a little holds nobody.
+    /// Stores the surfaces in the path in `moved.found`, nearest first. Surfaces parallel to the
+    /// path or facing away are left out. A slight overlap with a wall then does not block the
+    /// shape.
     fn look(
         &self,
         from: Vec3,
@@ -126,7 +128,7 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    /// Whether the surface is met from a side from which it holds.
+    /// True if the surface blocks a shape that comes from this side.
     fn is_held_by(&self, hit: &ShapeHit, direction: Vec3) -> bool {
         let Some(shape) = self.world.shape(hit.shape) else { return false };
         let Some(front) = shape.one_way() else { return true };
@@ -134,7 +136,8 @@ impl Walk<'_, '_> {
         !hit.inside && hit.normal.dot(front) > 0.0 && direction.dot(front) < 0.0
     }
 
-    /// How far it can go [m], a skin short of what it meets, and what that is.
+    /// The distance that the shape can move [m], up to a skin before the first obstacle, and that
+    /// obstacle.
     fn free_way(
         &self,
         from: Vec3,
@@ -156,20 +159,20 @@ impl Walk<'_, '_> {
                 longest *= 10.0;
                 continue;
             };
-            // A skin away along the normal is farther away along the way.
+            // One skin along the normal is a longer distance along an oblique path.
             let back = skin / greater(-hit.normal.dot(direction), 0.1);
             let (free, error) = (hit.fraction * reach - back, ROUNDING * reach);
             if reach <= 2.0 * LONGEST * skin {
                 return Ok((gone + lesser(greater(free, 0.0), left), Some(hit)));
             }
-            // Come closer, and look again from there.
+            // The far cast is too inaccurate: move closer and cast again from there.
             gone += lesser(greater(free - error, 0.0), left);
             longest = LONGEST * skin;
         }
         Ok((gone, None))
     }
 
-    /// Goes along a way, bent by what it meets.
+    /// Moves along a displacement and bends it at each obstacle.
     fn slide(
         &self,
         from: Vec3,
@@ -197,10 +200,10 @@ impl Walk<'_, '_> {
             let wall = wall.filter(|wall| is_wall && wall.dot(left) < 0.0);
             planes[bend] = wall.unwrap_or(normal);
             let bent = along(left, &planes[..=bend]);
-            // On ground it goes on as fast as before.
+            // On ground the speed stays the same.
             let slows = bend > 0 || mode != Mode::Level || normal.dot(self.up) < self.flattest;
             left = if slows { bent } else { on_ground(left, normal) };
-            // A way back would make it tremble in the corner.
+            // A displacement backwards would cause jitter in a corner.
             if left.dot(delta) <= 0.0 {
                 break;
             }
@@ -208,7 +211,8 @@ impl Walk<'_, '_> {
         Ok(at)
     }
 
-    /// Up, along and down again; taken if that leads farther, and onto ground that is no higher than a step.
+    /// Moves up, along and down again. The result is used if it leads farther than the flat move,
+    /// onto ground not higher than a step.
     fn climb(
         &self,
         from: Vec3,
@@ -223,7 +227,7 @@ impl Walk<'_, '_> {
         let farther = (over - flat).dot(level) > 1.0e-3 * level.length_squared();
         let ground = if farther { self.ground(over, lift, moved)? } else { None };
         let height = |ground: &Ground| (ground.hit.point - stood.hit.point).dot(self.up);
-        // A step of just that height may be rounded up.
+        // The height of a step of exactly this size may be rounded up.
         let most = step + 0.1 * self.mover.skin;
         let Some(ground) = ground.filter(|ground| height(ground) <= most) else {
             moved.hits.truncate(kept);
@@ -233,14 +237,14 @@ impl Walk<'_, '_> {
         Ok(ground.at)
     }
 
-    /// The ground under a place, no farther down than `reach` [m] and what the skin takes.
+    /// The ground under a position, at most `reach` [m] plus the skin below it.
     fn ground(&self, at: Vec3, reach: f32, moved: &mut Moved) -> Result<Option<Ground>, DefError> {
         let skin = self.mover.skin;
         let reach = reach + skin / greater(self.flattest, 0.1) + skin;
         self.look(at, -self.up, reach, moved)?;
         let mut least = None;
         for hit in &moved.found {
-            // Below 0: it comes up to a skin above the ground.
+            // A negative drop lifts the shape, to one skin above the ground.
             let drop = hit.fraction * reach - skin / greater(hit.normal.dot(self.up), 0.5);
             let least = *least.get_or_insert(drop);
             if drop > least + skin {
@@ -253,7 +257,7 @@ impl Walk<'_, '_> {
         Ok(None)
     }
 
-    /// The normal of ground that holds: that of the hit, or at an edge that of the face behind it.
+    /// The normal of walkable ground: that of the hit or, at an edge, that of the face behind it.
     fn face(&self, hit: &ShapeHit) -> Result<Option<Vec3>, DefError> {
         let rise = hit.normal.dot(self.up);
         if rise >= self.flattest {
@@ -271,12 +275,13 @@ impl Walk<'_, '_> {
     }
 }
 
-/// A way as it goes on along ground with this normal: as far as before, so that nobody is slower uphill.
+/// The displacement along ground with this normal, with the same length, so that uphill is not
+/// slower.
 fn on_ground(way: Vec3, normal: Vec3) -> Vec3 {
     (way - normal * way.dot(normal)).normalize_or(Vec3::ZERO) * way.length()
 }
 
-/// The part of a way that leads into none of some planes.
+/// The part of a displacement that leads into none of the planes.
 fn along(way: Vec3, planes: &[Vec3]) -> Vec3 {
     let free = |way: Vec3| planes.iter().all(|n| way.dot(*n) >= -1.0e-6 * way.length());
     if free(way) {
