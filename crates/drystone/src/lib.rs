@@ -50,6 +50,9 @@ mod step;
 pub mod query;
 mod world;
 
+pub use self::state::def::axis::Axis;
+pub use self::state::def::config::WorldConfig;
+pub use self::state::def::material::{Filter, Material};
 pub use base::id::{BodyId, JointId, ShapeId};
 pub use base::limits;
 pub use base::math::{Vec3, vec3};
@@ -59,13 +62,10 @@ pub use geometry::hull::Hull;
 pub use geometry::mesh::Mesh;
 pub use geometry::shape::Shape;
 pub use query::shape::ShapeRef;
-pub use state::axis::Axis;
-pub use state::config::WorldConfig;
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, DefError, DefErrorKind, JointDef, JointKind, MassDef, ShapeDef,
     WorldAxes,
 };
-pub use state::material::{Filter, Material};
 pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, Clock, JointMut, JointRef, ShapeMut, StageHashes, World, WorldCounts,
@@ -83,7 +83,7 @@ pub mod math {
 pub mod config {
     //! The parts of a [`WorldConfig`](crate::WorldConfig). The manual: [tuning](crate::manual::tuning).
 
-    pub use crate::state::config::{
+    pub use crate::state::def::config::{
         BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
         PenaltyConfig, SleepConfig,
     };
@@ -93,8 +93,8 @@ pub mod method {
     //! How a step solves contacts and joints: [`WorldConfig::method`](crate::WorldConfig::method).
     //! The manual: [methods](crate::manual::methods).
 
-    pub use crate::state::method::{Method, Pass};
-    pub use crate::state::options::{
+    pub use crate::state::def::method::{Method, Pass};
+    pub use crate::state::def::options::{
         Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
     };
 }
@@ -103,7 +103,7 @@ pub mod contact {
     //! Contacts as they are, and rules that say which there are and how they act.
     //! The manual: [materials](crate::manual::materials).
 
-    pub use crate::state::material::{Combine, ContactSoftness, SurfaceRule};
+    pub use crate::state::def::material::{Combine, ContactSoftness, SurfaceRule};
     pub use crate::step::hooks::{ContactHooks, HookedContact};
     pub use crate::world::{ContactPoint, ContactRef};
 }
@@ -111,11 +111,11 @@ pub mod contact {
 pub mod events {
     //! Events and faults of a step: [`World::events`](crate::World::events). The manual: [events](crate::manual::events).
 
+    pub use crate::state::def::reports::{ContactReports, Senses};
     pub use crate::state::events::{
         BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
         FractureEvent, FrameCall, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
     };
-    pub use crate::state::reports::{ContactReports, Senses};
 }
 
 pub mod joint {
@@ -123,14 +123,14 @@ pub mod joint {
     //! [`joints`](crate::manual::joints) of the manual shows how to use them.
 
     pub use crate::state::coupling::CouplingDef;
-    pub use crate::state::def::{Pulley, Spring};
-    pub use crate::state::named::{
+    pub use crate::state::def::named::{
         Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, Planar, Rope, Servo, Slider,
         Universal, Wheel,
     };
-    pub use crate::state::sixdof::{
+    pub use crate::state::def::sixdof::{
         JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof,
     };
+    pub use crate::state::def::{Pulley, Spring};
     pub use crate::world::{AxisMut, AxisRef};
 }
 
@@ -146,7 +146,7 @@ pub mod particle {
     //! Particles: ropes, cloths and dust. The manual: [particles](crate::manual::particles).
 
     pub use crate::base::id::{LinkId, ParticleId};
-    pub use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
+    pub use crate::state::def::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
     pub use crate::world::{ClothDef, LinkMut, LinkRef, ParticleMut, ParticleRef, RopeDef, Strand};
 }
 
@@ -205,7 +205,7 @@ pub mod threads {
     //! Who runs a step: the caller alone, a [`Team`], or an [`Executor`] of the host.
     //! The manual: [threads and determinism](crate::manual::threads_and_determinism).
 
-    pub use crate::base::jobs::{Executor, Inline};
-    pub use crate::base::team::Team;
-    pub use crate::base::wide::SimdLevel;
+    pub use crate::base::simd::wide::SimdLevel;
+    pub use crate::base::threads::jobs::{Executor, Inline};
+    pub use crate::base::threads::team::Team;
 }

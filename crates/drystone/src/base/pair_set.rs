@@ -7,8 +7,8 @@
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
-use super::jobs::{Jobs, for_ranges, grain};
-use super::wide::prefetch;
+use super::simd::wide::prefetch;
+use super::threads::jobs::{Jobs, for_ranges, grain};
 
 /// Prefetch distance, in keys.
 const PREFETCH: usize = 8;
@@ -203,8 +203,8 @@ mod tests {
     use core::ops::Range;
 
     use super::{PairSet, pair_key};
-    use crate::base::jobs::Jobs;
-    use crate::base::team::Team;
+    use crate::base::threads::jobs::Jobs;
+    use crate::base::threads::team::Team;
 
     #[test]
     fn pairs_come_and_go() {

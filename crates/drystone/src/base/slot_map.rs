@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::grow;
 use super::id::RawId;
-use super::wide::{prefetch_line, prefetch_lines};
+use super::simd::wide::{prefetch_line, prefetch_lines};
 
 /// Rows of `T` identified by `Id`. A free slot is reused, the last freed first.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! A number for some rows of a table.
 
-use super::disjoint::{Apart, Rows};
 use super::grow;
+use super::threads::disjoint::{Apart, Rows};
 
 /// A number for each row of a table where most rows have none, given as [`u32::MAX`]. The memory of
 /// these rows stays untouched, so a world of a million bodies of which a hundred move need not wait

@@ -10,14 +10,14 @@ mod turning;
 use super::boxes::Ray;
 use super::collide::convex::Convex;
 use super::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
-use super::gjk;
+use super::convex::gjk;
 use super::manifold::{Manifold, ManifoldPoint, PairCache};
 use super::mesh::{Mesh, Pack};
 use super::solid::{Core, Solid};
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
-use crate::base::wide::SimdLevel;
+use crate::base::simd::wide::SimdLevel;
 
 /// The closest points of A and B, in the frame of A.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{LANES, Lanes, at, bits_up_to_zero, put};
+use crate::base::simd::wide::{LANES, Lanes, at, bits_up_to_zero, put};
 
 /// Rounding allowance of [`Aabb::meets_ray`].
 const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;

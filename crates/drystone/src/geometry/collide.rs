@@ -16,9 +16,9 @@ use fearless_simd::Level;
 
 use self::convex::Convex;
 pub(crate) use self::mesh::{MeshScratch, Reach, collide_mesh};
-use super::clip::flip;
+use super::convex::clip::flip;
+use super::convex::sat;
 use super::manifold::{Manifold, PairCache};
-use super::sat;
 use super::solid::{Core, Solid};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;

@@ -18,7 +18,7 @@ use super::bvh::Bvh;
 use crate::base::aabb::Aabb;
 use crate::base::limits;
 use crate::base::math::Vec3;
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
 
 /// A triangle is useless if no edge is this long [m]: the smallest shape is ten times larger.
 const MIN_EDGE: f64 = 1.0e-6;

@@ -14,10 +14,6 @@ pub(crate) mod bvh;
 pub(crate) mod rtree;
 pub(crate) mod manifold;
 pub(crate) mod collide;
-pub(crate) mod sat;
-pub(crate) mod clip;
-pub(crate) mod gjk;
-pub(crate) mod epa;
 pub(crate) mod cast;
 pub(crate) mod approach;
 pub(crate) mod toi;
@@ -25,6 +21,7 @@ pub(crate) mod nearest;
 pub(crate) mod room;
 #[cfg(test)]
 pub(crate) mod oracle;
+pub(crate) mod convex;
 
 pub use self::cells::{CutError, HullPiece};
 pub use self::hull::{HullError, Plane};

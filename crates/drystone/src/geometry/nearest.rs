@@ -1,9 +1,9 @@
 //! The point of a solid that is nearest to a given point, for contacts of particles.
 
-use super::clip::clamp01;
 use super::collide::convex::Convex;
 use super::collide::frustum::Frustum;
-use super::gjk;
+use super::convex::clip::clamp01;
+use super::convex::gjk;
 use super::hull::Hull;
 use super::mesh::Mesh;
 use super::solid::{Core, Solid};

@@ -235,7 +235,7 @@ mod tests {
     use crate::base::math::vec3;
     use crate::base::pose::Pose;
     use crate::base::quat::Quat;
-    use crate::base::wide::SimdLevel;
+    use crate::base::simd::wide::SimdLevel;
     use crate::geometry::collide::collide;
     use crate::geometry::hull::Hull;
     use crate::geometry::manifold::PairCache;

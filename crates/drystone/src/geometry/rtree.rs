@@ -15,11 +15,11 @@ mod order;
 use serde::{Deserialize, Serialize};
 
 use crate::base::aabb::Aabb;
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Jobs, for_items, grain};
 use crate::base::math::Vec3;
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
 const NONE: u32 = u32::MAX;

@@ -4,16 +4,16 @@ use super::filter::{Inside, QueryFilter};
 use super::{Query, convex, placed};
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
-use crate::base::jobs::{for_items, grain};
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
+use crate::base::threads::jobs::{for_items, grain};
 use crate::geometry::approach::{self, Course, Meeting, Sliding};
 use crate::geometry::boxes::Ray;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
-use crate::state::check::all_within;
 use crate::state::def::DefError;
+use crate::state::def::check::all_within;
 
 /// A hit of a moving shape on another one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use core::ops::BitOr;
 use super::shape::ShapeRef;
 use crate::base::id::{BodyId, ShapeId};
 use crate::state::def::BodyKind;
-use crate::state::material::Filter;
+use crate::state::def::material::Filter;
 use crate::state::tables::Tables;
 
 /// A set of kinds of bodies, joined with `|`.

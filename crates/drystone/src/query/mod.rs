@@ -26,11 +26,11 @@ use smallvec::SmallVec;
 
 pub use self::filter::QueryFilter;
 use crate::base::aabb::Aabb;
-use crate::base::checked::{Checked, Claims};
-use crate::base::jobs::{Executor, Jobs};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
-use crate::base::wide::SimdLevel;
+use crate::base::simd::wide::SimdLevel;
+use crate::base::threads::checked::{Checked, Claims};
+use crate::base::threads::jobs::{Executor, Jobs};
 use crate::geometry::approach::{self, ALONG, Sliding};
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;

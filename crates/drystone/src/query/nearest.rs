@@ -10,8 +10,8 @@ use crate::base::pose::Pose;
 use crate::geometry::approach::{self, Nearby};
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
-use crate::state::check::{at_least_zero, within};
 use crate::state::def::DefError;
+use crate::state::def::check::{at_least_zero, within};
 
 /// A shape near another one, and the closest points of both.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,14 +8,14 @@ use super::{ROUNDING, placed};
 use crate::base::limits;
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
-use crate::base::wide::SimdLevel;
+use crate::base::simd::wide::SimdLevel;
 use crate::geometry::approach::{self, Course, Nearby, Sliding};
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
-use crate::state::check::within;
 use crate::state::def::DefError;
+use crate::state::def::check::within;
 
 /// The closest points of two shapes, A and B.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use crate::base::aabb::Aabb;
 use crate::base::double::DVec3;
 use crate::geometry::nearest::nearest;
 use crate::query::audit::Energy;
-use crate::state::particle_def::{LinkKind, LinkSpring};
+use crate::state::def::particle_def::{LinkKind, LinkSpring};
 use crate::state::particles::{LaneKind, Link, LinkBlock, Particles};
 use crate::state::tables::Tables;
 

@@ -5,8 +5,8 @@ use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
-use crate::state::material::{Filter, Material};
-use crate::state::reports::{ContactReports, Senses};
+use crate::state::def::material::{Filter, Material};
+use crate::state::def::reports::{ContactReports, Senses};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
 

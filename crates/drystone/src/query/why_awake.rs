@@ -7,7 +7,7 @@ use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::def::BodyKind;
-use crate::state::drives::{Driver, Drives};
+use crate::state::def::drives::{Driver, Drives};
 use crate::state::stillness::{StillnessRule, Verdict, drift_speed, free_acceleration, is_free};
 use crate::state::tables::Tables;
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::NONE;
 use super::shapes::Shapes;
 use crate::base::aabb::Aabb;
-use crate::base::jobs::Jobs;
+use crate::base::threads::jobs::Jobs;
 use crate::geometry::rtree::RTree;
 
 /// The trees, and the shapes that must search for new pairs.

@@ -11,7 +11,7 @@ use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::particles::{LaneKind, Particles};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::simd::wide::{LANES, Lanes};
 
 /// Place of a chain's link in the blocks of links.
 #[derive(Clone, Copy, Debug)]

@@ -14,14 +14,14 @@ pub(crate) use self::watched::{Probe, Watch, Watched};
 use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
 use super::def::BodyKind;
-use super::material::ContactSoftness;
-use crate::base::disjoint::Apart;
+use super::def::material::ContactSoftness;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
-use crate::base::pieces::{PieceRows, Pieces};
 use crate::base::quat::Quat;
-use crate::base::shared::Shared;
-use crate::base::wide::prefetch_lines;
+use crate::base::simd::wide::prefetch_lines;
+use crate::base::threads::disjoint::Apart;
+use crate::base::threads::pieces::{PieceRows, Pieces};
+use crate::base::threads::shared::Shared;
 use crate::geometry::manifold::PairCache;
 
 /// A contact point: half a cache line. The first row of four numbers is loaded by the solver.

@@ -4,13 +4,13 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::axis::Axis;
 use super::bodies::Bodies;
-use super::check::within;
 use super::def::DefError;
+use super::def::axis::Axis;
+use super::def::check::within;
+use super::def::sixdof::{JointMotion, SixDof};
 use super::joints::{Joint, Joints, Link};
 use super::six::Six;
-use super::sixdof::{JointMotion, SixDof};
 use crate::base::id::JointId;
 use crate::base::limits;
 

@@ -3,8 +3,8 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::check::{above_zero, within};
 use super::def::DefError;
+use super::def::check::{above_zero, within};
 use crate::base::double::DVec3;
 use crate::base::limits;
 use crate::base::random::Random;

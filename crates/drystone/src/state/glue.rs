@@ -3,7 +3,7 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::check::{above_zero, finite_vec, position};
+use super::def::check::{above_zero, finite_vec, position};
 use super::def::{DefError, ShapeDef};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;

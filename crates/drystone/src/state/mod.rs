@@ -1,38 +1,23 @@
 //! Layer 2: the tables, which hold all state that lives between steps, and the definitions from
 //! which rows are made.
 
-pub(crate) mod config;
-pub(crate) mod options;
-pub(crate) mod method;
-pub(crate) mod check;
-pub(crate) mod error;
 pub(crate) mod def;
-pub(crate) mod body_def;
-pub(crate) mod shape_def;
-pub(crate) mod joint_def;
 pub(crate) mod glue;
 pub(crate) mod fracture;
 pub(crate) mod breakage;
-pub(crate) mod axis;
 pub(crate) mod six;
-pub(crate) mod sixdof;
-pub(crate) mod material;
-pub(crate) mod reports;
 pub(crate) mod events;
 pub(crate) mod bodies;
 pub(crate) mod stillness;
 pub(crate) mod shapes;
 pub(crate) mod joints;
-pub(crate) mod named;
-pub(crate) mod particle_def;
 pub(crate) mod chains;
 pub(crate) mod particles;
 pub(crate) mod contacts;
 pub(crate) mod coupling;
-pub(crate) mod drives;
 pub(crate) mod bounds;
 pub(crate) mod colors;
 pub(crate) mod islands;
 pub(crate) mod sets;
 pub(crate) mod tables;
-pub(crate) mod sound;
+pub(crate) mod validity;

@@ -6,13 +6,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::chains::{self, Chains};
-use super::material::{Filter, Material};
-use super::particle_def::{LinkKind, LinkSpring};
+use super::def::material::{Filter, Material};
+use super::def::particle_def::{LinkKind, LinkSpring};
 use crate::base::grow;
 use crate::base::id::{LinkId, ParticleId};
 use crate::base::math::{Vec3, vec3};
+use crate::base::simd::wide::{LANES, Lanes};
 use crate::base::slot_map::SlotMap;
-use crate::base::wide::{LANES, Lanes};
 
 /// Data of a particle that are read at most once per step.
 #[derive(Clone, Debug)]

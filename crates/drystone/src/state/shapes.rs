@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
 use super::contacts::Traits;
-use super::material::{ContactSoftness, Filter, Material, SurfaceRule};
-use super::reports::PackedReports;
+use super::def::material::{ContactSoftness, Filter, Material, SurfaceRule};
+use super::def::reports::PackedReports;
 use crate::base::aabb::Aabb;
 use crate::base::copy;
 use crate::base::id::ShapeId;

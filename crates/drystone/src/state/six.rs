@@ -3,7 +3,7 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::sixdof::{JointAxis, JointMotion, JointSpring, SixDof};
+use super::def::sixdof::{JointAxis, JointMotion, JointSpring, SixDof};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::trig::atan2;
@@ -336,8 +336,8 @@ impl SixDof {
 #[cfg(test)]
 mod tests {
     use super::{Quat, Vec3};
-    use crate::state::named::Hinge;
-    use crate::state::sixdof::{JointAxis, SixDof};
+    use crate::state::def::named::Hinge;
+    use crate::state::def::sixdof::{JointAxis, SixDof};
 
     /// Compares finite differences of the angles with the rates from the rows.
     fn rates_agree(def: &SixDof, at: Quat, ways: &[Vec3], tolerance: f32) {

@@ -13,7 +13,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
-use super::config::SleepConfig;
+use super::def::config::SleepConfig;
 use crate::base::limits::{self, TIME_STEP};
 use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::quat::Quat;

@@ -10,12 +10,12 @@ use core::ops::Range;
 use super::context::StepContext;
 use super::reach::speculative_margin;
 use crate::base::bit_set::BitSet;
-use crate::base::disjoint::Apart;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Jobs, collect_ranges, for_items, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
-use crate::base::shared::Shared;
+use crate::base::threads::disjoint::Apart;
+use crate::base::threads::jobs::{Jobs, collect_ranges, for_items, grain};
+use crate::base::threads::shared::Shared;
 use crate::geometry::manifold::PairCache;
 use crate::geometry::rtree::RTree;
 use crate::geometry::solid::Core;
@@ -379,10 +379,10 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
 #[cfg(test)]
 mod tests {
     use super::{Scratch, find_pairs, may_meet, share};
-    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
-    use crate::base::wide::SimdLevel;
-    use crate::state::config::WorldConfig;
+    use crate::base::simd::wide::SimdLevel;
+    use crate::base::threads::jobs::Jobs;
+    use crate::state::def::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
     use crate::step::reach::speculative_margin;

@@ -1,14 +1,18 @@
 //! Numbers of one step, worked out once.
 
+pub(crate) mod caps;
+pub(crate) mod load_inertia;
+pub(crate) mod softness;
+
 use fearless_simd::Level;
 
-use super::caps::{Caps, SHORTEST};
-use super::load_inertia::LoadInertia;
-use super::softness::{Compliance, Softness};
+use self::caps::{Caps, SHORTEST};
+use self::load_inertia::LoadInertia;
+use self::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness};
-use crate::state::config::{PenaltyConfig, SleepConfig, WorldConfig};
-use crate::state::material::ContactSoftness;
+use crate::state::def::config::{PenaltyConfig, SleepConfig, WorldConfig};
+use crate::state::def::material::ContactSoftness;
 use crate::state::stillness::StillnessRule;
 
 /// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get

@@ -15,12 +15,12 @@ use super::sleep::freeze;
 use super::solver::body::integrate;
 use super::solver::body::solved::Solved;
 use crate::base::aabb::Aabb;
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
-use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
 use crate::state::def::BodyKind;
@@ -307,7 +307,7 @@ fn rate_stillness(
 mod tests {
     use crate::base::aabb::Aabb;
     use crate::base::math::{Vec3, vec3};
-    use crate::state::config::WorldConfig;
+    use crate::state::def::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::world::World;
 

@@ -6,10 +6,10 @@ use super::context::StepContext;
 use super::gyration::Spin;
 use super::gyration::lanes::{Ends, Tops, turn_eight};
 use super::solver::body::integrate::{acceleration, roots_of_inertia};
-use crate::base::disjoint::Rows;
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Body, Fineness};
 
 /// Bodies that are to be turned freely, in two lists: those of two equal moments turn in one part, which a
@@ -75,7 +75,7 @@ impl Spins {
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
     (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
     let acc = acceleration(ctx, body);
-    let decay_v = super::softness::exact_decay(body.linear_damping, ctx.dt);
+    let decay_v = super::context::softness::exact_decay(body.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;
     let mut mean = (body.v + next) * 0.5;
     let mut v = next;
@@ -92,7 +92,7 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
         let (s, _) = roots_of_inertia(body, body.rotation);
         body.w += s.mul(s.mul(torque)) * ctx.dt;
     }
-    body.w *= super::softness::exact_decay(body.angular_damping, ctx.dt);
+    body.w *= super::context::softness::exact_decay(body.angular_damping, ctx.dt);
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     if m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
@@ -112,13 +112,13 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{Spin, Spins};
-    use crate::base::disjoint::{Apart, Rows};
     use crate::base::double::DVec3;
     use crate::base::math::{Vec3, vec3};
     use crate::base::random::Random;
-    use crate::base::wide::{LANES, SimdLevel};
+    use crate::base::simd::wide::{LANES, SimdLevel};
+    use crate::base::threads::disjoint::{Apart, Rows};
     use crate::state::bodies::Body;
-    use crate::state::config::WorldConfig;
+    use crate::state::def::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
     use crate::step::gyration::lanes::turned_eight;

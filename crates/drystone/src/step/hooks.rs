@@ -11,7 +11,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::manifold::Manifold;
 use crate::state::bodies::Body;
-use crate::state::material::ContactSoftness;
+use crate::state::def::material::ContactSoftness;
 use crate::state::shapes::ShapeRow;
 
 /// A user's say in contacts: see [`World::step_with`](crate::World::step_with).

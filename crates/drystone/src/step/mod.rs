@@ -14,12 +14,9 @@ pub(crate) mod one_way;
 pub(crate) mod touches;
 pub(crate) mod sleep;
 pub(crate) mod report;
-pub(crate) mod caps;
 pub(crate) mod flight;
 pub(crate) mod gyration;
-pub(crate) mod load_inertia;
 pub(crate) mod notes;
-pub(crate) mod softness;
 pub(crate) mod solver_body;
 pub(crate) mod classic;
 
@@ -30,7 +27,7 @@ use self::particles::settle::settle;
 use self::report::Found;
 use self::sleep::begin_step;
 use self::solver::input::Input;
-use crate::base::jobs::Jobs;
+use crate::base::threads::jobs::Jobs;
 use crate::state::sets::Sets;
 use crate::state::tables::{Others, Tables};
 

@@ -13,8 +13,8 @@ pub(crate) mod drives;
 use self::drives::drives_of;
 use super::context::StepContext;
 use super::notes::Note;
-use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::sparse::Sparse;
+use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::NONE;
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
@@ -342,14 +342,14 @@ impl Roots {
 #[cfg(test)]
 mod tests {
     use super::{Roots, split_island};
-    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
     use crate::base::random::Random;
+    use crate::base::threads::jobs::Jobs;
     use crate::base::trig::sin_cos;
     use crate::state::bodies::NONE;
+    use crate::state::def::joint_def::JointDef;
+    use crate::state::def::named::Ball;
     use crate::state::def::{BodyDef, ShapeDef};
-    use crate::state::joint_def::JointDef;
-    use crate::state::named::Ball;
     use crate::state::sets::Sets;
     use crate::state::tables::Tables;
     use crate::world::World;

@@ -6,10 +6,10 @@
 
 use fearless_simd::{Simd, SimdBase, f32x4};
 
-use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
+use crate::base::simd::wide::{LANES, Sym3w, Vec3w, Wide, gather, gather4, scatter};
 use crate::base::sym3::Sym3;
-use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, gather, gather4, scatter};
+use crate::base::threads::disjoint::Rows;
 
 pub(crate) const fn four(v: Vec3) -> [f32; 4] {
     [v.x, v.y, v.z, 0.0]

@@ -1,7 +1,7 @@
 //! Adding and removing bodies, shapes and joints.
 
 use super::World;
-use super::mass::{check_energy, check_mass, mass_of, principal_moments};
+use super::change::mass::{check_energy, check_mass, mass_of, principal_moments};
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::math::Vec3;
@@ -9,16 +9,16 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::shape::Shape;
-use crate::state::axis::Axis;
 use crate::state::bodies::{Bodies, Body, Few, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::contacts::Contact;
 use crate::state::coupling::{CouplingDef, check_axis};
+use crate::state::def::axis::Axis;
+use crate::state::def::reports::PackedReports;
 use crate::state::def::{
     BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, shape_suits,
 };
 use crate::state::joints::{Joint, Link, Switch};
-use crate::state::reports::PackedReports;
 use crate::state::shapes::{Here, ShapeRow};
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;

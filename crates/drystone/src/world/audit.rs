@@ -5,7 +5,7 @@ use crate::base::id::BodyId;
 use crate::query::audit::{self, Audit, Books, Ledger, WorstConstraint};
 use crate::query::stiffness::{PenaltyLimit, penalty_limit};
 use crate::query::why_awake::{WhyAwake, why_awake};
-use crate::state::method::Method;
+use crate::state::def::method::Method;
 
 impl World {
     /// Measures the accuracy of the current state: energy, momentum, overlaps, joint errors,

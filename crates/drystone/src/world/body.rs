@@ -2,8 +2,8 @@
 
 use super::World;
 use super::breakage::{BondRef, bonds_of};
-use super::hashes::feed_state;
-use super::mass::mass_def;
+use super::change::mass::mass_def;
+use super::saving::hashes::feed_state;
 use crate::base::hash::StateHash;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::limits;

@@ -1,8 +1,11 @@
 //! Changes of a living body: its kind, its mass, whether it is enabled, whether it sleeps.
 
+pub(crate) mod mass;
+pub(crate) mod reshape;
+
+use self::mass::{check_energy, check_mass, principal_moments};
 use super::World;
 use super::body::BodyMut;
-use super::mass::{check_energy, check_mass, principal_moments};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;

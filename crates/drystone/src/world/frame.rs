@@ -3,16 +3,16 @@
 
 use super::World;
 use super::body::BodyMut;
-use super::joint_axis::AxisMut;
-use super::joint_mut::JointMut;
+use super::joint::axis::AxisMut;
+use super::joint::change::JointMut;
 use super::particle::{LinkMut, ParticleMut};
+use super::refused::Told as _;
 use super::shape::ShapeMut;
-use super::told::Told as _;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::state::def::sixdof::JointSpring;
 use crate::state::events::FrameCall;
-use crate::state::sixdof::JointSpring;
 
 impl World {
     /// Replaces gravity [m/s², world] and wakes all bodies.

@@ -1,16 +1,19 @@
 //! Public access to a joint.
 
+pub(crate) mod axis;
+pub(crate) mod change;
+
 use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
-use crate::state::axis::Axis;
-use crate::state::check::position;
+use crate::state::def::axis::Axis;
+use crate::state::def::check::position;
+use crate::state::def::sixdof::{JointMotion, SixDof};
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
-use crate::state::sixdof::{JointMotion, SixDof};
 use crate::state::tables::Tables;
 
+use self::axis::AxisRef;
 use super::World;
-use super::joint_axis::AxisRef;
 
 /// A joint, read-only: its kind, place and loads. [`AxisRef`] gives the values of one axis.
 #[derive(Clone, Copy, Debug)]

@@ -7,79 +7,65 @@ mod body;
 mod breakage;
 mod change;
 mod clock;
-mod clone;
-#[cfg(feature = "snapshot")]
-mod delta;
 mod draw;
 mod faults;
 mod frame;
-mod hashes;
 mod impact;
 mod joint;
-mod joint_axis;
-mod joint_mut;
-#[cfg(feature = "snapshot")]
-mod journal;
-#[cfg(feature = "snapshot")]
-mod library;
-mod mass;
 mod mover;
 mod particle;
-mod reshape;
 mod origin;
 mod rules;
 mod shape;
-#[cfg(feature = "snapshot")]
-mod snapshot;
-mod strand;
-mod told;
 mod touches;
 mod view;
+pub(crate) mod refused;
+pub(crate) mod saving;
 
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
 pub use self::clock::Clock;
-#[cfg(feature = "snapshot")]
-pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::draw::{DebugColor, DebugDraw, DebugDrawOptions, DebugTint};
-pub use self::hashes::StageHashes;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
-pub use self::joint_axis::{AxisMut, AxisRef};
-pub use self::joint_mut::JointMut;
+pub use self::joint::axis::{AxisMut, AxisRef};
+pub use self::joint::change::JointMut;
+pub use self::mover::{Moved, Mover, MoverHit};
+pub use self::particle::strand::{ClothDef, RopeDef, Strand};
+pub use self::particle::{LinkMut, LinkRef, ParticleMut, ParticleRef};
 #[cfg(feature = "snapshot")]
-pub use self::journal::{
+pub use self::saving::delta::{DeltaError, apply_delta, write_delta};
+pub use self::saving::hashes::StageHashes;
+#[cfg(feature = "snapshot")]
+pub use self::saving::journal::{
     Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError, ParticleCall,
     ShapeCall,
 };
 #[cfg(feature = "snapshot")]
-pub use self::library::{GeometryKey, Library};
-pub use self::mover::{Moved, Mover, MoverHit};
-pub use self::particle::{LinkMut, LinkRef, ParticleMut, ParticleRef};
-pub use self::shape::ShapeMut;
+pub use self::saving::library::{GeometryKey, Library};
 #[cfg(feature = "snapshot")]
-pub use self::snapshot::SnapshotError;
-pub use self::strand::{ClothDef, RopeDef, Strand};
+pub use self::saving::snapshot::SnapshotError;
+pub use self::shape::ShapeMut;
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
 use core::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
-use crate::base::checked::{Checked, Claims};
 use crate::base::grow::Slack;
 use crate::base::id::{BodyId, JointId, ShapeId};
-use crate::base::jobs::{Executor, Inline};
 use crate::base::limits;
 use crate::base::math::Vec3;
-use crate::base::team::Team;
-use crate::base::wide::SimdLevel;
+use crate::base::simd::wide::SimdLevel;
+use crate::base::threads::checked::{Checked, Claims};
+use crate::base::threads::jobs::{Executor, Inline};
+use crate::base::threads::team::Team;
 use crate::query::Query;
 use crate::query::audit::Books;
 use crate::query::particles::particle_sums;
 use crate::query::shape::ShapeRef;
-use crate::state::config::WorldConfig;
 use crate::state::def::DefError;
+use crate::state::def::config::WorldConfig;
 use crate::state::events::{Events, Fault, FaultKind};
 use crate::state::sets::Sets;
 use crate::state::tables::Tables;

@@ -10,7 +10,7 @@ use crate::geometry::shape::Shape;
 use crate::query::cast::ShapeHit;
 use crate::query::filter::QueryFilter;
 use crate::query::shape::ShapeRef;
-use crate::state::check::{all_within, position, within};
+use crate::state::def::check::{all_within, position, within};
 use crate::state::def::{BodyKind, DefError};
 
 use self::walk::Walk;

@@ -1,12 +1,14 @@
 //! Public access to particles, their links and attachments.
 
+pub(crate) mod strand;
+
 use super::World;
 use crate::base::id::{BodyId, LinkId, ParticleId};
 use crate::base::math::{Vec3, bounded};
 use crate::query::particles::{link_energy, link_kind};
-use crate::state::check::{finite_vec, position, velocity};
 use crate::state::def::DefError;
-use crate::state::particle_def::{LinkDef, LinkKind, ParticleDef, check_length, check_mass};
+use crate::state::def::check::{finite_vec, position, velocity};
+use crate::state::def::particle_def::{LinkDef, LinkKind, ParticleDef, check_length, check_mass};
 use crate::state::particles::{Attachment, Link, Particle, Particles};
 use crate::state::tables::Tables;
 

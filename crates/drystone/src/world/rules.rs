@@ -3,7 +3,7 @@
 use super::World;
 use crate::base::id::BodyId;
 use crate::state::def::DefError;
-use crate::state::material::SurfaceRule;
+use crate::state::def::material::SurfaceRule;
 use crate::state::shapes::{PairSurface, Shapes};
 use crate::state::tables::Tables;
 

@@ -4,9 +4,9 @@ use super::World;
 use crate::base::id::ShapeId;
 use crate::base::math::Vec3;
 use crate::query::shape::ShapeRef;
+use crate::state::def::material::Material;
+use crate::state::def::reports::{ContactReports, PackedReports, Senses};
 use crate::state::def::{DefError, velocity};
-use crate::state::material::Material;
-use crate::state::reports::{ContactReports, PackedReports, Senses};
 
 /// A shape of a body, for changes.
 #[derive(Debug)]

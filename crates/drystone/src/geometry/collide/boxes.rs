@@ -6,9 +6,9 @@
 
 use crate::base::math::{Mat3, Vec3, greater, lesser};
 use crate::base::pose::Pose;
-use crate::geometry::clip::{SIDE_SLACK, closest_of_segments, flip, reduce};
+use crate::geometry::convex::clip::{SIDE_SLACK, closest_of_segments, flip, reduce};
+use crate::geometry::convex::sat::{PARALLEL, PREFERENCE};
 use crate::geometry::manifold::{EDGE_PAIR, Manifold, ManifoldPoint, REFERENCE_B};
-use crate::geometry::sat::{PARALLEL, PREFERENCE};
 
 /// Marks a corner made by a clipping side.
 const CUT: u32 = 0x100;

@@ -3,9 +3,9 @@
 
 use super::frustum::Frustum;
 use crate::base::math::{Vec3, greater, vec3};
-use crate::geometry::clip::Polygon;
+use crate::geometry::convex::clip::Polygon;
+use crate::geometry::convex::sat;
 use crate::geometry::hull::Hull;
-use crate::geometry::sat;
 use crate::geometry::solid::Core;
 
 /// A bounded convex core, in its own frame.

@@ -4,7 +4,7 @@
 //! normal (c, s).
 
 use crate::base::math::{Vec3, greater, vec3};
-use crate::geometry::clip::{Polygon, clamp01};
+use crate::geometry::convex::clip::{Polygon, clamp01};
 use crate::geometry::manifold::Manifold;
 
 #[derive(Clone, Copy, Debug)]

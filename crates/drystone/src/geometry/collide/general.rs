@@ -10,9 +10,10 @@ use super::convex::Convex;
 use super::round::along_a_line;
 use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
-use crate::geometry::clip::{Corners, Polygon, Reference, clip, flip, low_corners};
-use crate::geometry::epa;
-use crate::geometry::gjk::{self, Closest};
+use crate::geometry::convex::clip::{Corners, Polygon, Reference, clip, flip, low_corners};
+use crate::geometry::convex::epa;
+use crate::geometry::convex::gjk;
+use crate::geometry::convex::gjk::Closest;
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::{Manifold, REFERENCE_B};
 

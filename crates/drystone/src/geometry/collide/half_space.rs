@@ -3,7 +3,7 @@
 use super::convex::Convex;
 use crate::base::math::{Vec3, lesser, vec3};
 use crate::base::pose::Pose;
-use crate::geometry::clip::{Polygon, reduce};
+use crate::geometry::convex::clip::{Polygon, reduce};
 use crate::geometry::manifold::{Manifold, ManifoldPoint};
 
 const BATCH: usize = 64;

@@ -7,7 +7,7 @@ use fearless_simd::{Level, dispatch};
 use super::{MeshScratch, Reach, Rng, collide_mesh, cone, cuboid, grid};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
-use crate::base::wide::SimdLevel;
+use crate::base::simd::wide::SimdLevel;
 use crate::geometry::collide::MAX_PARTS;
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::Manifold;

@@ -5,9 +5,9 @@ use super::{PairCache, collide};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::geometry::convex::sat::collide_hulls;
 use crate::geometry::hull::{HalfEdge, Hull, Plane};
 use crate::geometry::manifold::Manifold;
-use crate::geometry::sat::collide_hulls;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
 

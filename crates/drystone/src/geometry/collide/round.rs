@@ -2,7 +2,7 @@
 
 use crate::base::math::{Vec3, lesser, vec3};
 use crate::base::pose::Pose;
-use crate::geometry::clip::{clamp01, closest_of_segments};
+use crate::geometry::convex::clip::{clamp01, closest_of_segments};
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::{Manifold, ManifoldPoint};
 

@@ -12,7 +12,7 @@ use super::{PairCache, collide};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::base::wide::SimdLevel;
+use crate::base::simd::wide::SimdLevel;
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::Manifold;
 use crate::geometry::shape::Shape;

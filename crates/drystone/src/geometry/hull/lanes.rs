@@ -8,7 +8,7 @@ use fearless_simd::Simd;
 
 use super::{HalfEdge, Plane};
 use crate::base::math::{Mat3, Vec3, greater, lesser, vec3};
-use crate::base::wide::{
+use crate::base::simd::wide::{
     ALL, LANES, Lanes, Vec3w, above, bits, lanes_in_use, least, load, max, min, most, splat,
 };
 

@@ -5,7 +5,7 @@
 
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{LANES, Lanes, at, put};
+use crate::base::simd::wide::{LANES, Lanes, at, put};
 use crate::geometry::boxes::Boxes;
 
 /// Up to eight triangles that lie near each other. Lanes not in use repeat the last triangle.

@@ -5,7 +5,9 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Wide, above, bits, least, load, max, min, prefetch, select, splat};
+use crate::base::simd::wide::{
+    LANES, Wide, above, bits, least, load, max, min, prefetch, select, splat,
+};
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 use crate::geometry::bvh::{Bvh, Children};
 

@@ -2,8 +2,8 @@
 
 use crate::base::aabb::Aabb;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Jobs, for_items, for_runs, grain};
 use crate::base::math::Vec3;
+use crate::base::threads::jobs::{Jobs, for_items, for_runs, grain};
 
 /// Bits per axis: 2^11 cells of the curve, so that a key and an index fit in 64 bits.
 const BITS: u32 = 11;

@@ -2,9 +2,9 @@
 
 use super::RTree;
 use crate::base::aabb::Aabb;
-use crate::base::jobs::Jobs;
 use crate::base::math::{Vec3, vec3};
-use crate::base::team::Team;
+use crate::base::threads::jobs::Jobs;
+use crate::base::threads::team::Team;
 use crate::geometry::boxes::Ray;
 
 fn boxes(n: u32, seed: u32) -> Vec<Aabb> {

@@ -4,9 +4,9 @@ use super::energy::inverse_inertia;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Bodies, Body};
+use crate::state::def::sixdof::{JointMotion, JointSpring};
 use crate::state::joints::Joint;
 use crate::state::six::Six;
-use crate::state::sixdof::{JointMotion, JointSpring};
 
 /// Energy in the springs of drives and limits [J]. A drive at its maximum force F pulls with F from
 /// there on: F x - F²/(2 k).

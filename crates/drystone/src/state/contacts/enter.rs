@@ -4,10 +4,10 @@
 
 use super::lists::{Links, Owners, ask_for_heads};
 use super::{Contact, Contacts, Probe, Table, Watch};
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Jobs, for_each, for_ranges, grain};
-use crate::base::shared::Shared;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_each, for_ranges, grain};
+use crate::base::threads::shared::Shared;
 use crate::geometry::collide::MAX_PARTS;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 
@@ -185,7 +185,7 @@ fn number(place: usize) -> u32 {
 mod tests {
     use std::sync::Arc;
 
-    use crate::base::team::Team;
+    use crate::base::threads::team::Team;
     use crate::geometry::mesh::Mesh;
     use crate::geometry::shape::Shape;
     use crate::state::def::{BodyDef, ShapeDef};

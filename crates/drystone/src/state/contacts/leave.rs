@@ -4,9 +4,9 @@
 
 use super::lists::{Links, Owners, ask_for_heads};
 use super::{Contact, Contacts, Table, Watched};
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::jobs::{Jobs, side_by_side};
 use crate::base::pair_set::{PairSet, pair_key};
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, side_by_side};
 use crate::state::bodies::{Bodies, Body};
 
 /// Prefetch distance, in contacts.

@@ -1,8 +1,8 @@
 //! The contact lists of bodies. Several workers change them at once, and each list has one owner.
 
 use super::{Link, Table};
-use crate::base::disjoint::Rows;
-use crate::base::jobs::Jobs;
+use crate::base::threads::disjoint::Rows;
+use crate::base::threads::jobs::Jobs;
 use crate::state::bodies::{Body, NONE};
 
 /// Minimum number of list changes per owner.

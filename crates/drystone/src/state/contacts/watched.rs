@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{Contact, Table};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::base::wide::prefetch;
+use crate::base::simd::wide::prefetch;
 use crate::state::bodies::{Body, Track};
 
 /// Decides whether a pair may be near enough to test, from the possible motion of its bodies. It is

@@ -3,8 +3,8 @@
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::Sets;
-use crate::base::disjoint::Apart;
-use crate::base::jobs::{Jobs, side_by_side};
+use crate::base::threads::disjoint::Apart;
+use crate::base::threads::jobs::{Jobs, side_by_side};
 use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::leave::Leaver;

@@ -5,7 +5,7 @@
 use super::rows::{Mover, Pair, PairPoint};
 use super::sequence::Sequence;
 use crate::base::math::Vec3;
-use crate::step::softness::Softness;
+use crate::step::context::softness::Softness;
 
 /// What a sweep asks of the rows.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,7 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Bodies;
 use crate::state::joints::{Joint, Joints};
-use crate::step::caps::Caps;
+use crate::step::context::caps::Caps;
 use crate::step::solver::joint::coupling_row::{Part, Source, Start};
 
 /// Part of an error that is removed in a substep.

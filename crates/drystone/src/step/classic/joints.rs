@@ -6,8 +6,8 @@ use super::sixdof::Axes;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::def::JointKind;
-use crate::step::caps::Caps;
-use crate::step::softness::Softness;
+use crate::step::context::caps::Caps;
+use crate::step::context::softness::Softness;
 
 /// Part of a joint's error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;
@@ -85,7 +85,7 @@ impl JointRow {
         (h, caps): (f32, &Caps),
         [min, max]: [f32; 2],
         length: f32,
-        spring: Option<crate::state::joint_def::Spring>,
+        spring: Option<crate::state::def::joint_def::Spring>,
     ) -> f32 {
         let response = along.dot(k.mul(along));
         if !(response > 0.0) {

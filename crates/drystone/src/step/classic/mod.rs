@@ -25,7 +25,7 @@ use self::rows::{Mover, Pair};
 use self::sequence::Sequence;
 use self::springs::Springs;
 use super::context::StepContext;
-use super::softness::Softness;
+use super::context::softness::Softness;
 use super::solver::body::row::Aux;
 use super::solver::body::solved::Solved;
 use super::solver::body::squeeze::Squeeze;
@@ -38,9 +38,9 @@ use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
 use crate::state::colors::Colors;
 use crate::state::contacts::Contacts;
+use crate::state::def::method::{Method, Pass, Settings};
+use crate::state::def::options::{Integration, Order, Overlap, Shock};
 use crate::state::joints::{Joints, Link as JointLink};
-use crate::state::method::{Method, Pass, Settings};
-use crate::state::options::{Integration, Order, Overlap, Shock};
 
 /// Rounds of joints and contacts of the analytic method.
 const JOINT_ROUNDS: u32 = 20;

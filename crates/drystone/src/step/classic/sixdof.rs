@@ -4,9 +4,9 @@
 use super::rows::Mover;
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
+use crate::state::def::sixdof::{JointAxis, JointMotion, JointSpring};
 use crate::state::six::Six;
-use crate::state::sixdof::{JointAxis, JointMotion, JointSpring};
-use crate::step::caps::Caps;
+use crate::step::context::caps::Caps;
 
 /// Part of an error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;

@@ -4,12 +4,12 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch};
 
 use super::{COARSE_TURN, LARGEST_TURN, MOST_PARTS, Order, Spin, rotate_freely};
 use crate::base::double::DVec3;
-use crate::base::double_wide::{
-    DLanes, DMask, DQuatw, DVec3w, DWide, load, select, splat, widened,
-};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::base::wide::LANES;
+use crate::base::simd::double_wide::{
+    DLanes, DMask, DQuatw, DVec3w, DWide, load, select, splat, widened,
+};
+use crate::base::simd::wide::LANES;
 use crate::state::bodies::Body;
 use crate::step::context::StepContext;
 

@@ -2,9 +2,9 @@
 //! with hooks.
 
 use super::lent::Pairs;
-use crate::base::disjoint::Rows;
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::pose::Pose;
+use crate::base::threads::disjoint::Rows;
 use crate::geometry::manifold::Manifold;
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Softened};

@@ -1,6 +1,6 @@
 //! Tables that the workers of the narrowphase share.
 
-use crate::base::disjoint::Rows;
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::Bodies;
 use crate::state::contacts::{Probe, Slots, Softened, Watch};
 use crate::state::shapes::Shapes;

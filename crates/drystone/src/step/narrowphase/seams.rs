@@ -14,11 +14,11 @@
 //! taken away.
 
 use super::change::Change;
-use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::sparse::Sparse;
+use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::geometry::collide::convex::Convex;
 use crate::geometry::manifold::BORDER;
 use crate::geometry::solid::Core;

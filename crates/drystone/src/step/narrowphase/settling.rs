@@ -7,8 +7,8 @@
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Point, Traits};
+use crate::step::context::softness::Softness;
 use crate::step::context::{GIVES, StepContext};
-use crate::step::softness::Softness;
 
 /// How much speed an impulse of 1 N s along `n` at `r` from the center gives a body there [1/kg].
 pub(crate) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {

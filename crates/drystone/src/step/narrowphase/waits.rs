@@ -7,10 +7,10 @@
 use fearless_simd::{Simd, SimdBase};
 
 use crate::base::math::Vec3;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Lanes, Mask, Vec3w, Wide, above, bits, gather_rows, load, max, min, select, splat, sqrt,
 };
-use crate::base::wide_quat::Quatw;
+use crate::base::simd::wide_quat::Quatw;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Probe, Watch};
 use crate::step::context::StepContext;
@@ -225,18 +225,18 @@ mod tests {
     use fearless_simd::dispatch;
 
     use super::look;
-    use crate::base::disjoint::Apart;
-    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
     use crate::base::pose::Pose;
     use crate::base::quat::Quat;
-    use crate::base::wide::LANES;
-    use crate::base::wide::SimdLevel;
+    use crate::base::simd::wide::LANES;
+    use crate::base::simd::wide::SimdLevel;
+    use crate::base::threads::disjoint::Apart;
+    use crate::base::threads::jobs::Jobs;
     use crate::geometry::collide::collide;
     use crate::geometry::manifold::PairCache;
     use crate::state::bodies::{Body, Track};
-    use crate::state::config::WorldConfig;
     use crate::state::contacts::{Lent, Probe};
+    use crate::state::def::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
     use crate::step::narrowphase::look_ahead;

@@ -20,12 +20,12 @@ use fearless_simd::{Simd, SimdBase, f32x4};
 
 use super::links::direction;
 use super::pace::Pace;
-use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
-use crate::base::sym3::Sym3;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, bits, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
+use crate::base::sym3::Sym3;
+use crate::base::threads::disjoint::Rows;
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{LinkColor, ParticleLine};
 use crate::step::solver_body::read_lanes;

@@ -9,7 +9,7 @@ use crate::base::limits;
 use crate::base::math::{Vec3, greater, vec3};
 use crate::state::particles::{Particle, ParticleLine};
 use crate::step::context::StepContext;
-use crate::step::softness::decay;
+use crate::step::context::softness::decay;
 
 /// Most rounds over the planes; each leaves of an overlap of two of them the square of their cosine.
 const ROUNDS: usize = 40;

@@ -9,12 +9,12 @@
 use fearless_simd::{Simd, SimdBase, f32x4};
 
 use super::pace::{Form, Pace};
-use crate::base::disjoint::Rows;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
+use crate::base::threads::disjoint::Rows;
 use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
-use crate::step::softness::Softness;
+use crate::step::context::softness::Softness;
 use crate::step::solver_body::read_lanes;
 
 /// Velocities, ways and inverse masses of a block's particles.

@@ -7,12 +7,12 @@
 use fearless_simd::Level;
 
 use super::chain;
-use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::state::config::{ParticleForm, WorldConfig};
-use crate::step::caps::{Caps, SHORTEST_OF_PARTICLES};
+use crate::base::threads::disjoint::Rows;
+use crate::state::def::config::{ParticleForm, WorldConfig};
 use crate::step::context::StepContext;
-use crate::step::softness::Softness;
+use crate::step::context::caps::{Caps, SHORTEST_OF_PARTICLES};
+use crate::step::context::softness::Softness;
 use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Stiffness of links for a substep's rate, and their damping ratio, unless the configuration says

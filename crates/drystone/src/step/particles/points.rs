@@ -13,13 +13,13 @@ use super::links::write_ends;
 use super::meet::{MOST, Meeting};
 use super::pace::{BodyLines, Form, ParticlePass};
 use super::rows::Ground;
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Jobs, for_items, grain};
 use crate::base::math::{Vec3, vec3};
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Lanes, Vec3w, Wide, above, at, bits, gather, gather4, inverse_or_zero, load, max, put,
     select, splat, sqrt,
 };
+use crate::base::threads::disjoint::Rows;
+use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::state::bodies::Bodies;
 use crate::state::particles::Touch;
 use crate::step::solver_body::{

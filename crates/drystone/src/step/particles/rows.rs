@@ -5,11 +5,11 @@
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::pace::{Form, Pace};
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
+use crate::base::threads::disjoint::{Apart, Rows};
 use crate::state::particles::ParticleLine;
-use crate::step::caps::SHORTEST_OF_PARTICLES;
+use crate::step::context::caps::SHORTEST_OF_PARTICLES;
 use crate::step::solver_body::{SolverBody, Whitening, three};
 
 /// Part of the gap of an attachment that a substep takes out.

@@ -5,12 +5,12 @@
 use super::fly::{is_computable, put_aside};
 use super::meet::{Around, moves};
 use super::scratch::Scratch as Stage;
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::{Vec3, vec3};
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
-use crate::state::config::SleepConfig;
+use crate::state::def::config::SleepConfig;
 use crate::state::events::LinkTear;
 use crate::state::particles::{LaneKind, Particles};
 use crate::state::shapes::Shapes;

@@ -7,15 +7,15 @@ use super::pace::{BodyLines, Form, Pace, ParticlePass};
 use super::points::Contacts;
 use super::rows::{Ground, HoldRow, Partner};
 use super::{chain, links};
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::jobs::{Jobs, for_items, for_ranges, grain};
 use crate::base::math::Vec3;
+use crate::base::simd::wide::LANES;
 use crate::base::sym3::Sym3;
-use crate::base::wide::LANES;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_items, for_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
-use crate::step::softness::decay;
+use crate::step::context::softness::decay;
 use crate::step::solver_body::SolverBody;
 
 /// Memory kept from step to step.

@@ -1,6 +1,6 @@
 //! Joints that drive a body.
 
-use crate::state::drives::Drives;
+use crate::state::def::drives::Drives;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 

@@ -9,7 +9,7 @@
 
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Load};
-use crate::state::config::SleepConfig;
+use crate::state::def::config::SleepConfig;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;

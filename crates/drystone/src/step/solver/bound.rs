@@ -24,10 +24,10 @@ use super::plan::layout::Layout;
 use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes, at};
+use crate::base::simd::wide::{LANES, Lanes, at};
 use crate::state::bodies::Fineness;
-use crate::state::method::Pass;
-use crate::step::caps::Caps;
+use crate::state::def::method::Pass;
+use crate::step::context::caps::Caps;
 use crate::step::solver_body::three;
 
 /// Part of an island's energy that its impulses may add in a second without being asked for more [1/s]. A soft joint that turns with its

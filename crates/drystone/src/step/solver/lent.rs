@@ -17,13 +17,13 @@ use super::totals_rows::{Askers, ContactTally, JointTally, Peaks, TreeTally, Wat
 use super::tree::rows::{TreeBody, TreeRow};
 use super::work::Bound;
 use crate::base::bit_set::BitSet;
-use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
+use crate::base::threads::disjoint::Rows;
 use crate::geometry::collide::MeshScratch;
 use crate::state::bodies::Bodies;
 use crate::state::contacts::{Slots, Softened};
+use crate::state::def::method::Method;
 use crate::state::joints::Joint;
-use crate::state::method::Method;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::solver_body::{SolverBody, Whitening};

@@ -32,10 +32,10 @@ use self::scratch::Scratch;
 use super::classic;
 use super::context::StepContext;
 use super::particles::tied::Tied;
-use crate::base::jobs::Jobs;
+use crate::base::threads::jobs::Jobs;
 use crate::state::colors::Colors;
-use crate::state::config::WorldConfig;
 use crate::state::contacts::Contacts;
+use crate::state::def::config::WorldConfig;
 use crate::state::joints::Joints;
 
 /// Runs the passes of the world's method: of a default one by [`wide`], of a classic one by [`classic`]. `finalize` writes

@@ -1,6 +1,6 @@
 //! Progress of a group through the passes of a step.
 
-use crate::state::method::Pass;
+use crate::state::def::method::Pass;
 
 /// How far a group is in its step.
 #[derive(Clone, Copy, Debug, Default)]

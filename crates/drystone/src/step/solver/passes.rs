@@ -3,9 +3,9 @@
 use super::lent::Solver;
 use super::pass::{PassStep, Progress};
 use super::totals_rows::When;
-use crate::base::jobs::Jobs;
+use crate::base::threads::jobs::Jobs;
 use crate::state::bodies::Fineness;
-use crate::state::method::Pass;
+use crate::state::def::method::Pass;
 
 impl Solver<'_> {
     /// Takes a group through the whole step.

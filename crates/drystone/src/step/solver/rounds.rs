@@ -9,8 +9,8 @@
 use super::body::state::BodyState;
 use super::lent::Solver;
 use super::plan::group::Group;
-use crate::base::jobs::Jobs;
 use crate::base::math::Vec3;
+use crate::base::threads::jobs::Jobs;
 use crate::state::bodies::Body;
 
 impl Solver<'_> {

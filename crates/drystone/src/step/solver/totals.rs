@@ -18,7 +18,7 @@ use super::totals_rows::{
 };
 use crate::base::grow;
 use crate::base::math::{bounded, vec3};
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
 use crate::state::bodies::NONE;
 
 impl super::scratch::Scratch {

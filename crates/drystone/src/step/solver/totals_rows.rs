@@ -2,7 +2,7 @@
 
 use super::contact::block::ContactBlock;
 use crate::base::math::{Vec3, bounded, greater, vec3};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::simd::wide::{LANES, Lanes};
 use crate::state::bodies::Bodies;
 use crate::state::contacts::Contact;
 use crate::state::shapes::Shapes;

@@ -19,20 +19,20 @@ use super::plan::group::Group;
 use super::scratch::Scratch;
 use super::totals_rows::Askers;
 use super::with_particles;
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Jobs, for_each_in_room, for_shares};
 use crate::base::math::Vec3;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_each_in_room, for_shares};
 use crate::geometry::collide::MeshScratch;
 use crate::state::bodies::Fineness;
 use crate::state::colors::Colors;
-use crate::state::config::WorldConfig;
 use crate::state::contacts::Contacts;
+use crate::state::def::config::WorldConfig;
+use crate::state::def::method::Pass;
 use crate::state::joints::Joints;
-use crate::state::method::Pass;
 use crate::step::context::StepContext;
+use crate::step::context::softness::Softness;
 use crate::step::particles::tied::Tied;
-use crate::step::softness::Softness;
 use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Runs the method's passes: plans groups of islands, makes room for their rows, and lets a worker take each group through the step.

@@ -5,8 +5,8 @@ use core::cmp::Ordering;
 
 use super::ways::Ways;
 use crate::base::aabb::Aabb;
-use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::Vec3;
+use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::Body;
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;

@@ -9,7 +9,7 @@ use crate::state::bodies::{Body, Few, Fineness, MassSource, NONE};
 use crate::state::joints::Link;
 use crate::state::tables::Tables;
 use crate::world::World;
-use crate::world::mass::principal_moments;
+use crate::world::change::mass::principal_moments;
 
 impl World {
     /// Makes a new body from each of these groups of a body's shapes. The body keeps its other

@@ -9,8 +9,8 @@ use super::placed::{EdgeAxis, PlacedHull, Separated};
 use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
-use crate::base::wide::{LANES, above, bits, most, splat};
-use crate::geometry::clip::STEEP;
+use crate::base::simd::wide::{LANES, above, bits, most, splat};
+use crate::geometry::convex::clip::STEEP;
 use crate::geometry::hull::Plane;
 use crate::geometry::manifold::ManifoldPoint;
 

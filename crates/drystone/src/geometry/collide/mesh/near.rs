@@ -6,7 +6,7 @@ use fearless_simd::{Simd, SimdBase};
 use super::placed::Row;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{
+use crate::base::simd::wide::{
     ALL, LANES, Vec3w, Wide, above, bits, least, load, max, min, prefetch, select, splat, sqrt,
 };
 use crate::geometry::mesh::{Mesh, Pack, Window};

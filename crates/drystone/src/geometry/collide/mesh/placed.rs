@@ -6,7 +6,7 @@ use super::triangle::Triangle;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     ALL, LANES, Lanes, Mask, Vec3w, Wide, above, bits, lanes_in_use, least, load, max, min, most,
     scatter4, select, splat, sqrt,
 };

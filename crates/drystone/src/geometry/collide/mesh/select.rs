@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::contacts::Limits;
 use crate::base::math::{Vec3, lesser};
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Lanes, Vec3w, Wide, above, at, bits, least, load, max, most, put, select, splat,
 };
 use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
@@ -170,7 +170,7 @@ mod tests {
     use super::Members;
     use crate::base::math::{Vec3, lesser, vec3};
     use crate::base::random::Random;
-    use crate::base::wide::SimdLevel;
+    use crate::base::simd::wide::SimdLevel;
     use crate::geometry::manifold::ManifoldPoint;
 
     /// The first point with the largest `value`.

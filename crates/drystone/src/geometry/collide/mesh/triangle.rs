@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use super::near::Near;
 use crate::base::math::{Vec3, greater};
-use crate::base::wide::{Mask, Vec3w, above, splat};
+use crate::base::simd::wide::{Mask, Vec3w, above, splat};
 use crate::geometry::mesh::{Bend, Mesh};
 
 /// Sine of the angle up to which a direction counts as the triangle's normal, or as perpendicular

@@ -13,8 +13,8 @@
 use super::integrate;
 use super::island_motion::{Frames, MemberMotion};
 use super::state::BodyState;
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::jobs::{Jobs, for_shares};
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::Contact;
 use crate::step::solver::lent::Solver;

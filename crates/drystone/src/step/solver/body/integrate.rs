@@ -6,16 +6,16 @@ use fearless_simd::Simd;
 use super::row::{Aux, FAR_TURN};
 use super::squeeze::Squeeze;
 use super::state::BodyState;
-use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
+use crate::base::simd::wide::{LANES, Vec3w};
 use crate::base::sym3::Sym3;
-use crate::base::wide::{LANES, Vec3w};
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Body, Fineness};
 use crate::step::context::StepContext;
+use crate::step::context::softness::decay;
 use crate::step::gyration::Spin;
 use crate::step::gyration::lanes::turned_eight;
-use crate::step::softness::decay;
 use crate::step::solver_body::{SolverBody, Velocity, Whitening, four, three, whitened};
 
 /// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A

@@ -1,7 +1,7 @@
 //! What contacts can do: overlaps that close, springs that give back, surfaces that are carried.
 
 use super::{speed_of, speeds};
-use crate::base::wide::{LANES, Lanes, at};
+use crate::base::simd::wide::{LANES, Lanes, at};
 use crate::step::solver::contact::block::ContactBlock;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;

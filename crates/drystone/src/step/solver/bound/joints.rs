@@ -1,9 +1,9 @@
 //! Energy that joints can add: gaps that close, drives, springs.
 
 use crate::base::double::{DVec3, greater, lesser};
-use crate::base::wide::{LANES, at};
+use crate::base::simd::wide::{LANES, at};
 use crate::state::bodies::NONE;
-use crate::step::caps::Caps;
+use crate::step::context::caps::Caps;
 use crate::step::solver::bound::{Side, speed_of, speeds, vector};
 use crate::step::solver::joint::six_dof::block::SixBlock;
 use crate::step::solver::joint::six_dof::drive::Push;

@@ -4,8 +4,8 @@
 //! takes its passes in turn with particles, or is asked for after the step, has blocks of its own.
 
 use super::block::ContactBlock;
-use crate::base::disjoint::{Apart, Next, Rows};
 use crate::base::grow;
+use crate::base::threads::disjoint::{Apart, Next, Rows};
 use crate::step::solver::plan::Plan;
 
 /// Blocks by their numbers in the plan: all, or those of a group that is in a room.

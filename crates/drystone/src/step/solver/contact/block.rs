@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use crate::base::wide::{LANES, Lanes, Wide, load, splat};
+use crate::base::simd::wide::{LANES, Lanes, Wide, load, splat};
 use crate::step::context::StepContext;
 
 /// K_ij in [`ContactBlock::k`].
@@ -111,7 +111,7 @@ pub(crate) struct Extra {
     pub(crate) drift_rate: [Lanes; 2],
     /// Kinetic friction as a part of the static one.
     pub(crate) kinetic: Lanes,
-    /// [`Softness`](crate::step::softness::Softness) of those that have one of their own; the mass of others is 0.
+    /// [`Softness`](crate::step::context::softness::Softness) of those that have one of their own; the mass of others is 0.
     pub(crate) soft_rate: Lanes,
     pub(crate) soft_mass: Lanes,
     pub(crate) soft_impulse: Lanes,

@@ -5,8 +5,8 @@ use fearless_simd::dispatch;
 
 use super::sweep::ContactSweep;
 use super::{kernel, prepare, raw};
-use crate::base::jobs::Jobs;
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
+use crate::base::threads::jobs::Jobs;
 use crate::state::contacts::Contact;
 use crate::step::context::StepContext;
 use crate::step::solver::lent::Solver;

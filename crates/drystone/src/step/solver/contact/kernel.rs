@@ -9,10 +9,10 @@ use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 use super::block::{ContactBlock, Extra, K};
 use super::parting;
 use super::sweep::{ContactSweep, DEEP_RATE};
-use crate::base::disjoint::{Next, Rows};
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Sym3w, Vec3w, Wide, above, bits, bits_up_to_zero, load, max, min, select, splat, sqrt,
 };
+use crate::base::threads::disjoint::{Next, Rows};
 use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity, store_velocity};
 
 /// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach

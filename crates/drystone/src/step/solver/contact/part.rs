@@ -15,9 +15,11 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 use super::block::{ContactBlock, Extra, K};
 use super::parting::{Parting, give, is_free, lanes};
 use super::sweep::DEEP_RATE;
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Jobs, for_shares};
-use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat};
+use crate::base::simd::wide::{
+    LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat,
+};
+use crate::base::threads::disjoint::Rows;
+use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
 use crate::step::solver::scratch::{KEPT_STEPS, Scratch};

@@ -2,10 +2,10 @@
 
 use super::block::{ContactBlock, K, PointRows};
 use super::raw;
-use crate::base::wide::Lanes;
+use crate::base::simd::wide::Lanes;
 use crate::state::bodies::Body;
 use crate::state::contacts::Traits;
-use crate::step::softness::Softness;
+use crate::step::context::softness::Softness;
 
 /// What the pass knows of a block.
 #[derive(Clone, Debug, Default)]

@@ -7,10 +7,10 @@ use super::block::{ContactBlock, Extra, K};
 use super::parting;
 use super::raw::{Raw, Source};
 use super::surface::{blows, corotation, pack_extra};
-use crate::base::disjoint::Rows;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Sym3w, Vec3w, Wide, above, bits, inverse_or_zero, load, max, min, select, splat, sqrt,
 };
+use crate::base::threads::disjoint::Rows;
 use crate::step::solver_body::{SolverBody, Whitening, load_velocity, read_lanes, store_velocity};
 
 /// Fills a block from up to eight contacts and applies their impulses to the lines. `FIXED`: only one

@@ -3,9 +3,9 @@
 use fearless_simd::Simd;
 
 use crate::base::bit_set::BitSet;
-use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes, Vec3w, Wide, gather_rows, gather4, load, put};
+use crate::base::simd::wide::{LANES, Lanes, Vec3w, Wide, gather_rows, gather4, load, put};
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::Bodies;
 use crate::state::contacts::{Contact, Slots, Softened, Traits};
 use crate::state::shapes::Shapes;

@@ -15,11 +15,11 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::block::{ContactBlock, Extra};
 use super::{prepare, raw, store};
-use crate::base::disjoint::Rows;
 use crate::base::double::DVec3;
-use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Sym3w, Vec3w, load, scatter, splat};
+use crate::base::simd::wide::{LANES, Sym3w, Vec3w, load, scatter, splat};
+use crate::base::threads::disjoint::Rows;
+use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;

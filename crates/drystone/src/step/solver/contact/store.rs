@@ -3,9 +3,9 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::block::{ContactBlock, Extra};
-use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Vec3w, above, at, load, scatter4, splat};
+use crate::base::simd::wide::{LANES, Vec3w, above, at, load, scatter4, splat};
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Contact, Point, Slots, Traits};
 use crate::step::context::StepContext;

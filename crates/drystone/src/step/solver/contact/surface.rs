@@ -6,13 +6,13 @@ use fearless_simd::Simd;
 use super::block::Extra;
 use super::raw::{Raw, Source};
 use crate::base::math::Vec3;
+use crate::base::simd::wide::{LANES, Lanes, Vec3w, above, put, splat};
 use crate::base::sym3::Sym3;
-use crate::base::wide::{LANES, Lanes, Vec3w, above, put, splat};
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
+use crate::step::context::softness::Softness;
 use crate::step::narrowphase;
-use crate::step::softness::Softness;
 
 #[inline(always)]
 fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {

@@ -1,6 +1,6 @@
 //! Parameters of a sweep over contacts.
 
-use crate::step::softness::Softness;
+use crate::step::context::softness::Softness;
 
 /// What one sweep over contacts does.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,9 @@
 
 use fearless_simd::Level;
 
-use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, at};
+use crate::base::simd::wide::{LANES, at};
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Bodies, NONE};
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::contact::arena::Blocks;

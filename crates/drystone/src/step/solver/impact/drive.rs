@@ -1,7 +1,7 @@
 //! Impacts in the solver: when they are looked for.
 
 use super::candidate::{Moment, STILL, Source};
-use crate::base::jobs::Jobs;
+use crate::base::threads::jobs::Jobs;
 use crate::step::narrowphase;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;

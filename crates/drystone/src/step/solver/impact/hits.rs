@@ -1,6 +1,6 @@
 //! Hits of an island: found among its candidates, and put together into sets that bodies link.
 
-use crate::base::jobs::{Jobs, for_items, grain};
+use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::state::bodies::NONE;
 use crate::step::solver::impact::candidate::{Hit, Moment, Source};
 use crate::step::solver::impact::response::Response;

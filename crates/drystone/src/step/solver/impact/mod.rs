@@ -30,9 +30,9 @@ use self::reflect::Part;
 use self::response::Response;
 use super::body::row::Carried;
 use super::totals_rows::Bounce;
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::jobs::{Jobs, collect_ranges, for_items, for_ranges, grain};
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, collect_ranges, for_items, for_ranges, grain};
 use crate::state::bodies::NONE;
 use crate::step::solver::impact::hits::small;
 

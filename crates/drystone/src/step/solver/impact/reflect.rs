@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use super::candidate::{Candidate, Hit, Source};
 use super::response::{Reaction, Response};
-use crate::base::disjoint::Rows;
+use crate::base::threads::disjoint::Rows;
 
 /// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
 /// to their common stop by 16 in each.

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::candidate::{Candidate, Source};
 use crate::base::math::{Vec3, vec3};
-use crate::base::wide::{LANES, Lanes, Vec3w, Wide, at, load, put, splat};
+use crate::base::simd::wide::{LANES, Lanes, Vec3w, Wide, at, load, put, splat};
 use crate::step::solver::totals_rows::Bounce;
 use crate::step::solver_body::three;
 

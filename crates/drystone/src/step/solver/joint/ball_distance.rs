@@ -16,8 +16,8 @@ use fearless_simd::{Simd, SimdBase};
 use super::block::{JointBlock, JointRest};
 use super::root::{Root, RootRows};
 use super::sweep::{JointSweep, Turn, bend};
-use crate::base::disjoint::{Next, Rows};
-use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
+use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
+use crate::base::threads::disjoint::{Next, Rows};
 use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 
 /// The block that comes next.

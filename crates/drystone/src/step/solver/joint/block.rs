@@ -1,6 +1,6 @@
 //! DOC
 
-use crate::base::wide::{LANES, Lanes};
+use crate::base::simd::wide::{LANES, Lanes};
 
 /// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.
 #[derive(Clone, Debug, Default)]

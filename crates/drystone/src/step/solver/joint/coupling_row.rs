@@ -7,10 +7,10 @@
 //! step's start, and the warm start is turned, as those of joints are: see sixdof.rs and joint.rs.
 
 use super::sweep::JointSweep;
-use crate::base::disjoint::Rows;
 use crate::base::id::JointId;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::coupling::{Coupling, CouplingDef, coordinate};
 use crate::state::def::Pulley;

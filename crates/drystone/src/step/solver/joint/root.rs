@@ -4,7 +4,7 @@
 use fearless_simd::Simd;
 
 use super::block::{JointBlock, JointRest};
-use crate::base::wide::{Sym3w, Vec3w, Wide, load};
+use crate::base::simd::wide::{Sym3w, Vec3w, Wide, load};
 
 /// S of eight bodies, and what kernels make of it.
 pub(crate) trait Root<S: Simd>: Copy {
@@ -159,7 +159,7 @@ mod tests {
 
     use super::{JointBlock, JointRest, Root, RootRows, Roundw, Sym3w, Vec3w};
     use crate::base::random::Random;
-    use crate::base::wide::{LANES, Lanes, SimdLevel};
+    use crate::base::simd::wide::{LANES, Lanes, SimdLevel};
 
     /// All that a kernel asks of S and its rows.
     fn answers<S: Simd, R: Root<S>>(

@@ -2,11 +2,11 @@
 
 use fearless_simd::Simd;
 
-use crate::base::disjoint::Rows;
-use crate::base::wide::{LANES, Vec3w, Wide, min, splat};
-use crate::step::caps::Caps;
+use crate::base::simd::wide::{LANES, Vec3w, Wide, min, splat};
+use crate::base::threads::disjoint::Rows;
 use crate::step::context::StepContext;
-use crate::step::softness::Softness;
+use crate::step::context::caps::Caps;
+use crate::step::context::softness::Softness;
 use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity};
 
 /// A rotation by a vector of up to 2.8 rad.

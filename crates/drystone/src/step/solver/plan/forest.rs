@@ -12,7 +12,7 @@ use core::ops::Range;
 use super::group::Group;
 use super::joint_class::SIX_DIRECT;
 use super::layout::Layout;
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Colors;
 use crate::state::joints::{Joints, Link};

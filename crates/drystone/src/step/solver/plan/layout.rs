@@ -6,9 +6,9 @@
 
 use core::ops::Range;
 
-use crate::base::disjoint::{Apart, Rows};
-use crate::base::jobs::{Jobs, for_each_with, for_series};
-use crate::base::wide::LANES;
+use crate::base::simd::wide::LANES;
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_each_with, for_series};
 use crate::state::bodies::NONE;
 use crate::state::colors::{Coloring, Place};
 

@@ -25,9 +25,9 @@ use self::refine::{fineness_of, is_jointed, struck, take_back, tumbles, was_stru
 use self::survey::Survey;
 use self::turning::Turning;
 use crate::base::bit_set::BitSet;
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Jobs, for_each, for_items, grain};
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, for_each, for_items, grain};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;

@@ -2,8 +2,8 @@
 //! wrong of them grows as the square of the angle of a substep (docs/derivations/joints.md), and those that are hit, for a blow
 //! runs through one joint after the other, one a sweep (docs/decisions/023-hits-on-joints.md).
 
-use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
+use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::contacts::{Contacts, Slots};

@@ -4,9 +4,9 @@
 use core::ops::Range;
 
 use super::refine::was_struck;
-use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Jobs, collect_ranges, grain};
+use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::{Bodies, Body, NONE};
 
 #[derive(Clone, Debug, Default)]

@@ -65,7 +65,7 @@ pub(crate) struct TreeSweep {
 
 impl TreeSweep {
     /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones of an axis by
-    /// what is [`beyond`](crate::step::caps::Caps::beyond) it.
+    /// what is [`beyond`](crate::step::context::caps::Caps::beyond) it.
     pub(crate) fn closing_rate(&self, size: f64, fastest: f64, axis: usize) -> f64 {
         let fastest = fastest + self.joints.caps.beyond(size, axis);
         if self.rate * size > fastest { fastest / size } else { self.rate }

@@ -10,7 +10,7 @@ use fearless_simd::{SimdBase, dispatch};
 
 use super::rows::{TreeBody, TreeRow, TreeSweep};
 use crate::base::double::{DVec3, greater};
-use crate::base::wide::{LANES, Lanes, put, splat};
+use crate::base::simd::wide::{LANES, Lanes, put, splat};
 use crate::state::bodies::NONE;
 use crate::step::solver::joint::six_dof::block::SixBlock;
 use crate::step::solver::joint::six_dof::placed::{AxisState, act};

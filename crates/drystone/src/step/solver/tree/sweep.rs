@@ -23,10 +23,10 @@
 
 use super::rows::{TreeBody, TreeRow, TreeSweep, put_ball};
 use crate::base::double::DVec3;
-use crate::base::jobs::{Jobs, for_ranges};
 use crate::base::math::Vec3;
+use crate::base::simd::wide::LANES;
 use crate::base::sym3::Sym3;
-use crate::base::wide::LANES;
+use crate::base::threads::jobs::{Jobs, for_ranges};
 use crate::state::bodies::NONE;
 use crate::step::solver::joint::sweep::JointSweep;
 use crate::step::solver::lent::Solver;

@@ -2,10 +2,10 @@
 
 use fearless_simd::{Simd, SimdFloat};
 
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Mask, Vec3w, Wide, above, gather4, inverse_or_zero, max, select, splat, sqrt,
 };
-use crate::base::wide_quat::{Quatw, atan2};
+use crate::base::simd::wide_quat::{Quatw, atan2};
 use crate::state::six::{LEAST_TWIST, NO_SWING, SixLaws};
 
 /// Axes of the turns, the angles, and the direction of the swing.
@@ -188,11 +188,11 @@ mod tests {
     use crate::base::math::vec3;
     use crate::base::quat::Quat;
     use crate::base::random::Random;
+    use crate::base::simd::wide::{SimdLevel, at};
     use crate::base::trig;
-    use crate::base::wide::{SimdLevel, at};
-    use crate::state::named::ConeTwist;
+    use crate::state::def::named::ConeTwist;
+    use crate::state::def::sixdof::{JointAxis, SixDof};
     use crate::state::six::{self, Turning};
-    use crate::state::sixdof::{JointAxis, SixDof};
 
     /// Joints of every kind of turning.
     fn kinds() -> Vec<SixDof> {

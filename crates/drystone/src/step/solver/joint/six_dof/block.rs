@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 
 use super::drive::Push;
-use crate::base::wide::{LANES, Lanes, Wide, load};
+use crate::base::simd::wide::{LANES, Lanes, Wide, load};
 
 /// Drive, friction and limit of an axis.
 #[derive(Clone, Copy, Debug, Default)]

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use crate::base::wide::{Lanes, Wide, above, load, max, min, select, splat};
+use crate::base::simd::wide::{Lanes, Wide, above, load, max, min, select, splat};
 use crate::state::six::STIFF;
 
 /// A damper above this [N s/m; N m s/rad] is none, but a motor: it holds its speed whatever comes.

@@ -12,7 +12,7 @@ use fearless_simd::{Simd, SimdBase};
 use super::block::SixBlock;
 use super::locked_axes::{Row, couplings, inverse, less, matrix};
 use super::placed::{AxisState, LockedImpulses, Placed, act};
-use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat};
+use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat};
 use crate::step::solver::joint::root::axes;
 use crate::step::solver::joint::sweep::{JointSweep, bend};
 

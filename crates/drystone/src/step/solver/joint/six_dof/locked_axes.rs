@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 
 use super::block::SixBlock;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
 use crate::step::solver::joint::sweep::JointSweep;

@@ -5,10 +5,10 @@ use fearless_simd::Simd;
 use super::block::SixBlock;
 use super::drive::Law;
 use super::locked_axes::Row;
-use crate::base::disjoint::Rows;
-use crate::base::wide::{
+use crate::base::simd::wide::{
     Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
+use crate::base::threads::disjoint::Rows;
 use crate::step::solver::body::integrate::load_start;
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::joint::sweep::{JointSweep, Turn};

@@ -5,11 +5,11 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 use super::angles::Angles;
 use super::block::SixBlock;
 use super::kernel;
-use crate::base::jobs::{Jobs, for_shares};
-use crate::base::wide::{
+use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, bounded, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
 };
-use crate::base::wide_quat::Quatw;
+use crate::base::simd::wide_quat::Quatw;
+use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
 use crate::state::six::{FAR, Flags, SixLaws, SixState};

@@ -1,0 +1,172 @@
+//! Checks of particles: the rows and their lines, links in their lanes, chains of links.
+
+use super::{Check, Seen, Unsound, all_finite, at_least_zero, holds, is_place};
+use crate::base::limits;
+use crate::base::simd::wide::LANES;
+use crate::state::bodies::Bodies;
+use crate::state::chains::ChainBlock;
+use crate::state::def::particle_def::{MOST_RATE, check_length, check_mass};
+use crate::state::particles::{CROWD, LaneKind, LinkColor, Particles};
+
+/// Touches need no check, because they are only compared with new ones.
+pub(crate) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
+    let Particles { rows, lines, x, links, colors, attachments, .. } = particles;
+    rows.check()?;
+    links.check()?;
+    let slots = rows.slot_count();
+    let fits = lines.len() == x.len() && lines.len() == if slots == 0 { 0 } else { slots + 1 };
+    holds(fits, "particles have not one line each")?;
+    let lives = |line: u32| line > 0 && rows.at(line - 1).is_some();
+    for (id, p) in rows.iter() {
+        let line = id.index() + 1;
+        let (at, [.., radius]) = (particles.position(line), x[line as usize]);
+        holds(is_place(at) && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
+        check_mass(p.mass).map_err(|_| "a particle has no mass that can be")?;
+        p.material.validate().map_err(|_| "a material is out of range")?;
+        let row = &lines[line as usize];
+        holds(all_finite(row.v.iter().chain(&row.x)), "a particle moves by no number")?;
+        let inverse = row.inverse_mass();
+        holds(inverse.is_finite() && inverse >= 0.0, "a particle has no mass that can be")?;
+        let sound = limits::DAMPING.admits(p.damping) && at_least_zero(&[p.still_time]);
+        let sound = sound && limits::GRAVITY_SCALE.admits(p.gravity_scale);
+        holds(sound, "a number of a particle is out of range")?;
+        // Strands that will be searched again may refer to removed particles.
+        let strand = particles.strands_changed || lives(p.strand) && p.strand <= line;
+        holds(strand, "a particle is of no strand")?;
+        let held = p.attachment == 0
+            || attachments.get(p.attachment as usize - 1).is_some_and(|a| a.line == line);
+        holds(held, "a particle is not held where it says")?;
+    }
+    for (number, a) in (1..).zip(attachments) {
+        let own = lives(a.line) && particles.at(a.line).attachment == number;
+        let body = bodies.rows.at(a.body).is_some() && is_place(a.anchor);
+        holds(own && body && a.impulse.is_finite(), "an attachment is of nothing")?;
+    }
+    holds(colors.len() <= CROWD + 1, "links have too many colors")?;
+    let mut ends = vec![0_u32; lines.len()];
+    let mut count = 0;
+    for (number, color) in colors.iter().enumerate() {
+        count += check_links(color, number, particles, &mut ends)?;
+    }
+    holds(count == links.len(), "a link is nowhere")?;
+    let mut taken: Vec<Seen> =
+        colors.iter().map(|c| Seen::none_of(c.blocks.len() * LANES)).collect();
+    for (_, link) in links.iter() {
+        let lane = link.block.checked_mul(8).and_then(|n| n.checked_add(u32::from(link.lane)));
+        let color = taken.get_mut(link.color as usize).zip(lane.filter(|_| link.lane < 8));
+        holds(color.is_some_and(|(seen, lane)| seen.is_new(lane)), "a link is nowhere")?;
+        let (block, lane) = particles.block_of(link);
+        holds(block.kinds[lane] != LaneKind::Idle, "a link is nowhere")?;
+    }
+    for (id, p) in rows.iter() {
+        holds(ends[id.index() as usize + 1] == p.links, "a particle miscounts its links")?;
+    }
+    check_chains(particles, &taken)
+}
+
+fn is_rate(rate: &f32) -> bool {
+    (0.0..=MOST_RATE).contains(rate)
+}
+
+/// Checks the links of a color. Returns their number.
+fn check_links(
+    color: &LinkColor,
+    number: usize,
+    particles: &Particles,
+    ends: &mut [u32],
+) -> Result<usize, Unsound> {
+    let mut seen = Seen::none_of(particles.lines.len());
+    let mut count = 0;
+    for block in &color.blocks {
+        for lane in 0..LANES {
+            let both = [block.row_a[lane], block.row_b[lane]];
+            if block.kinds[lane] == LaneKind::Idle {
+                holds(both == [0, 0], "a link that is none has ends")?;
+                continue;
+            }
+            count += 1;
+            let lives = |line: u32| line > 0 && particles.rows.at(line - 1).is_some();
+            holds(
+                both.iter().all(|line| lives(*line)) && both[0] != both[1],
+                "a link has no ends",
+            )?;
+            check_length(block.length[lane]).map_err(|_| "a link has no length that can be")?;
+            let along = [0, 1, 2].map(|k| block.n[k][lane]);
+            let kept = all_finite(along.iter().chain([&block.impulse[lane]]));
+            holds(kept, "a link has an impulse that is no number")?;
+            let spring = [block.stiffness[lane], block.damping[lane]];
+            holds(spring.iter().all(is_rate), "a link is out of range")?;
+            let [a, b] = both.map(|line| particles.at(line));
+            let alike = a.frozen == b.frozen || a.faulted || b.faulted;
+            holds(alike, "a link has one end at rest")?;
+            for line in both {
+                ends[line as usize] += 1;
+                let alone = number == CROWD
+                    || seen.is_new(line) && particles.at(line).colors >> number & 1 == 1;
+                holds(alone, "links of a color share a particle")?;
+            }
+        }
+    }
+    holds(color.is_sound(), "lanes of links are miscounted")?;
+    Ok(count)
+}
+
+/// Checks the chains. Chains that will be searched again may refer to removed links, and are
+/// dropped unchecked.
+fn check_chains(particles: &Particles, taken: &[Seen]) -> Check {
+    if particles.chains_changed {
+        return Ok(());
+    }
+    let chains = &particles.chains;
+    holds(chains.colors.len() <= CROWD + 1, "chains have too many colors")?;
+    for color in chains.colors.iter().chain([&chains.held]) {
+        let mut seen = Seen::none_of(particles.lines.len());
+        for block in color {
+            let free = core::ptr::eq(color, &raw const chains.held);
+            check_chain(block, particles, taken, (!free).then_some(&mut seen))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_chain(
+    block: &ChainBlock,
+    particles: &Particles,
+    taken: &[Seen],
+    mut seen: Option<&mut Seen>,
+) -> Check {
+    holds(block.rows.len() == block.spots.len() + 1, "a chain is cut")?;
+    let holds_any = block.holds.iter().flatten();
+    let held = holds_any.clone().all(|n| (*n as usize) < particles.attachments.len());
+    holds(held, "a chain is held by nothing")?;
+    for lane in 0..LANES {
+        let mut last = 0;
+        for (row, spots) in block.spots.iter().enumerate() {
+            let (line, next) = (block.rows[row].line[lane], block.rows[row + 1].line[lane]);
+            let Some(spot) = spots[lane] else {
+                holds(line == last, "a chain has an end in its middle")?;
+                last = 0;
+                continue;
+            };
+            let Some(color) = taken.get(spot.color as usize) else {
+                return Err("a chain is of no link");
+            };
+            let place = spot.block as usize * LANES + usize::from(spot.lane);
+            let lives = usize::from(spot.lane) < LANES && color.0.get(place) == Some(&true);
+            holds(lives, "a chain is of no link")?;
+            let links = &particles.colors[spot.color as usize].blocks[spot.block as usize];
+            let lane = usize::from(spot.lane);
+            let (a, b) = (links.row_a[lane], links.row_b[lane]);
+            let ends = if spot.turned { [b, a] } else { [a, b] };
+            holds(ends == [line, next] && links.chained[lane], "a chain is not of its links")?;
+            let alone = seen.as_mut().is_none_or(|seen| seen.is_new(line));
+            holds(alone, "chains of a color share a particle")?;
+            last = next;
+        }
+        let end = block.rows[block.spots.len()].line[lane];
+        holds(end == last, "a chain has an end in its middle")?;
+        let alone = last == 0 || seen.as_mut().is_none_or(|seen| seen.is_new(last));
+        holds(alone, "chains of a color share a particle")?;
+    }
+    Ok(())
+}
