@@ -2,7 +2,7 @@
 
 use crate::{Outcome, cargo, run_to_end, target};
 
-/// Runs the tests of `base/team/model.rs`, built with the model's threads and locks in place of the system's.
+/// Runs the tests of `base/threads/team/model.rs`, built with the model's threads and locks in place of the system's.
 pub fn run() -> Outcome {
     let mut command = cargo();
     command.args(["test", "--package", "drystone", "--lib", "--target-dir"]);

@@ -2,6 +2,7 @@
 
 pub(crate) mod axis;
 pub(crate) mod change;
+pub(crate) mod add;
 
 use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};

@@ -14,7 +14,7 @@ use super::stamps;
 pub(crate) struct Apart(());
 
 impl Apart {
-    /// Makes the promise. Debug builds check its first part (`base/stamps.rs`).
+    /// Makes the promise. Debug builds check its first part (`base/threads/stamps.rs`).
     ///
     /// # Safety
     /// This must hold for every table lent with it, as long as it is lent. If a chunk takes a row

@@ -19,12 +19,14 @@
 //! protocol through many schedules.
 #![expect(unsafe_code, reason = "the task's lifetime is erased while its series runs")]
 
+mod word;
+
 use core::cell::UnsafeCell;
 use core::ops::Range;
-use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{PoisonError, TryLockError};
 
+use self::word::{Payload, PerPhase, Word, part, tagged, this_process, untagged};
 use super::jobs::{Executor, known};
 use super::sync::{
     Arc, AtomicBool, AtomicU64, AtomicUsize, Builder, Condvar, JoinHandle, Mutex, MutexGuard,
@@ -33,9 +35,6 @@ use super::sync::{
 
 /// A task: called with worker, phase, chunk.
 type Task = dyn Fn(usize, usize, usize) + Sync;
-
-/// Payload of a task's panic.
-type Payload = Box<dyn Any + Send>;
 
 /// Number of polls for the next series before a worker parks: 0.2 to 0.5 ms of `spin_loop`, longer
 /// than the caller is alone within most steps. A wake-up takes as long as a serial stage
@@ -50,7 +49,7 @@ const AGAIN: u32 = 100;
 const WAITS: u32 = if cfg!(drystone_model) { 0 } else { 500 };
 
 /// Maximum number of phases of a series.
-const PHASES: usize = 32;
+pub(crate) const PHASES: usize = 32;
 
 /// Maximum number of chunks of a phase: counts have 15 bits.
 const MOST: usize = 0x7fff;
@@ -60,43 +59,6 @@ struct Job {
     task: *const Task,
     /// Number of chunks of each phase.
     chunks: [u16; PHASES],
-}
-
-/// A [`tagged`] number for each phase of a series, on cache lines of its own.
-#[derive(Debug, Default)]
-#[repr(align(128))]
-struct PerPhase([AtomicU64; PHASES]);
-
-/// The unclaimed chunks of a list in one word, [`tagged`] at first. The upper half is the series'
-/// epoch; the lower half is the number of chunks claimed from the back and the number left.
-#[derive(Clone, Copy, Debug)]
-struct Word(u64);
-
-impl Word {
-    fn left(self) -> usize {
-        usize::try_from(self.0 & 0xffff).unwrap_or(0)
-    }
-
-    fn back(self) -> usize {
-        usize::try_from(self.0 >> 16 & 0x7fff).unwrap_or(0)
-    }
-
-    /// Returns the word after a claim of the next chunk from one end.
-    fn claimed(self, back: bool) -> Self {
-        Self(self.0 - 1 + if back { 1 << 16 } else { 0 })
-    }
-}
-
-/// Packs a series' epoch and a number. Epochs recur after 2³² series (eight days without a
-/// break). A worker that slept exactly that long does no harm. A claim succeeds only for the
-/// current word, which the running series wrote after its job.
-fn tagged(epoch: u32, number: usize) -> u64 {
-    u64::from(epoch) << 32 | number as u64
-}
-
-/// Unpacks a [`tagged`] word.
-fn untagged(word: u64) -> (u32, usize) {
-    ((word >> 32) as u32, (word & 0xffff_ffff) as usize)
 }
 
 struct Shared {
@@ -251,11 +213,6 @@ impl Shared {
     }
 }
 
-/// Range of the chunks in one of `lists` lists.
-fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
-    (chunks * list).div_ceil(lists)..(chunks * (list + 1)).div_ceil(lists)
-}
-
 /// A team of threads that lives as long as the value. After a step its workers poll for the next
 /// one for up to half a millisecond, while they yield their cores to others, and then sleep. The
 /// manual: [threads and determinism](crate::manual::threads_and_determinism).
@@ -401,12 +358,6 @@ impl Team {
     fn has_threads(&self) -> bool {
         !self.is_alone() && self.process.load(Ordering::SeqCst) == this_process()
     }
-}
-
-/// Id of this process.
-fn this_process() -> usize {
-    // WebAssembly has no process ids, and the call would panic.
-    if cfg!(target_family = "wasm") { 0 } else { std::process::id() as usize }
 }
 
 impl Executor for Team {

@@ -7,24 +7,23 @@
 //! Contacts with bodies that can be pushed come first, then those with what cannot; both are colored anew in each
 //! step, in the order of lines and shapes.
 
+mod both;
+
 use fearless_simd::{Simd, SimdBase, dispatch};
 
-use super::links::write_ends;
 use super::meet::{MOST, Meeting};
 use super::pace::{BodyLines, Form, ParticlePass};
 use super::rows::Ground;
 use crate::base::math::{Vec3, vec3};
 use crate::base::simd::wide::{
-    LANES, Lanes, Vec3w, Wide, above, at, bits, gather, gather4, inverse_or_zero, load, max, put,
-    select, splat, sqrt,
+    LANES, Lanes, Vec3w, above, at, bits, inverse_or_zero, load, max, put, select, splat, sqrt,
 };
 use crate::base::threads::disjoint::Rows;
 use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::state::bodies::Bodies;
 use crate::state::particles::Touch;
-use crate::step::solver_body::{
-    Velocity, Whitening, load_motion, load_velocity, read_lanes, store_velocity,
-};
+use crate::step::particles::points::both::read;
+use crate::step::solver_body::{Whitening, load_motion, read_lanes};
 
 /// Part of an overlap that a substep removes.
 const PUSH_OUT: f32 = 0.2;
@@ -41,7 +40,7 @@ const COLORS: usize = PUSHING + MOST;
 /// Eight contacts that share no particle, and no body that can be pushed.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
-struct PointBlock {
+pub(crate) struct PointBlock {
     /// Lines of the particles; 0 for an idle lane.
     line: [u32; LANES],
     /// Lines of the bodies in the solver; 0: it cannot be pushed.
@@ -264,89 +263,6 @@ fn arrival(ground: &Ground<'_>, m: &Meeting, bodies: &Bodies) -> f32 {
     let dt = pace.h * pace.substeps as f32;
     let slow = (2.0 * pace.gravity.length() * dt).max(pace.restitution_speed);
     if -arrival > slow { arrival } else { 0.0 }
-}
-
-/// A block's particles and bodies.
-struct Both<S: Simd> {
-    /// Of the particles, and their way as far as it is known.
-    v: Vec3w<S>,
-    x: Vec3w<S>,
-    w: Wide<S>,
-    moves: Wide<S>,
-    /// Of the bodies: v̂ and ŵ.
-    body: Velocity<S>,
-    alpha: Wide<S>,
-}
-
-#[inline(always)]
-fn read<S: Simd>(simd: S, block: &PointBlock, ground: &Ground<'_>, pushes: bool) -> Both<S> {
-    let lines = read_lanes(&ground.particles, &block.line);
-    let (mut v, mut x) = ([&lines[0].v; LANES], [&lines[0].x; LANES]);
-    for lane in 1..LANES {
-        (v[lane], x[lane]) = (&lines[lane].v, &lines[lane].x);
-    }
-    let [vx, vy, vz, w] = gather4(simd, v);
-    let [xx, xy, xz, moves] = gather4(simd, x);
-    let (mut v, x) = (Vec3w { x: vx, y: vy, z: vz }, Vec3w { x: xx, y: xy, z: xz });
-    if ground.pace.form == Form::Verlet {
-        let before = gather(simd, read_lanes(&ground.before, &block.line));
-        v = (x - before) * splat(simd, ground.pace.inv_h);
-    }
-    let (mut body, mut alpha) = (Velocity::zero(simd), splat(simd, 0.0));
-    if pushes {
-        body = load_velocity(simd, &ground.bodies, &block.body);
-        alpha = load(simd, &block.alpha);
-    }
-    Both { v, x, w, moves, body, alpha }
-}
-
-impl<S: Simd> Both<S> {
-    /// Velocity of the particles against the surfaces, along a direction.
-    #[inline(always)]
-    fn along(&self, simd: S, block: &PointBlock, (axis, d): (usize, Vec3w<S>)) -> Wide<S> {
-        let turn = Vec3w::load(simd, &block.turns[axis]);
-        d.dot(self.v - self.body.v * self.alpha)
-            - turn.dot(self.body.w)
-            - load(simd, &block.drift[axis])
-    }
-
-    /// The bodies' part of impulses `p` on the particles along a direction.
-    #[inline(always)]
-    fn push_body(&mut self, simd: S, block: &PointBlock, (axis, d): (usize, Vec3w<S>), p: Wide<S>) {
-        self.body.v = self.body.v - d * (p * self.alpha);
-        self.body.w = self.body.w - Vec3w::load(simd, &block.turns[axis]) * p;
-    }
-
-    /// Impulses `p` along a direction.
-    #[inline(always)]
-    fn push(
-        &mut self,
-        simd: S,
-        block: &PointBlock,
-        ground: &Ground<'_>,
-        (axis, d): (usize, Vec3w<S>),
-        p: Wide<S>,
-        pushes: bool,
-    ) {
-        let dv = d * (p * self.w);
-        self.v = self.v + dv;
-        if ground.pace.form == Form::Verlet {
-            self.x = self.x + dv * splat(simd, ground.pace.h);
-        }
-        if pushes {
-            self.push_body(simd, block, (axis, d), p);
-        }
-    }
-
-    #[inline(always)]
-    fn write(self, simd: S, block: &PointBlock, ground: &Ground<'_>, pushes: bool) {
-        let is_verlet = ground.pace.form == Form::Verlet;
-        let (row, last) = if is_verlet { (self.x, self.moves) } else { (self.v, self.w) };
-        write_ends(&ground.particles, &block.line, row, last, is_verlet);
-        if pushes {
-            store_velocity(simd, &ground.bodies, &block.body, self.body);
-        }
-    }
 }
 
 /// The numbers of a block for this step, and its stored impulses to particles and bodies.
