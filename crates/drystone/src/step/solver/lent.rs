@@ -68,7 +68,7 @@ pub(crate) struct Solver<'a> {
     pub(super) tree_gains: Rows<'a, f64>,
     pub(super) tree_bodies: Rows<'a, TreeBody>,
     pub(super) tree_rows: Rows<'a, TreeRow>,
-    /// Empty where `extras` is, as is `free`.
+    /// Empty where `extras` is empty, and so is `free`.
     pub(super) impacts: Rows<'a, Impacts>,
     pub(super) free: Rows<'a, Option<bool>>,
     pub(super) begun: Rows<'a, u8>,

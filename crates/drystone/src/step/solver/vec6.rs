@@ -4,7 +4,7 @@ use crate::base::double::{DVec3, lesser};
 
 pub(super) type Six = [f64; 6];
 
-/// Jacobian rows of a joint, which map a body's velocity to the joint's held axes; only the first
+/// Jacobian rows of a joint, which map a body's velocity to the joint's locked axes; only the first
 /// rows count.
 pub(super) type Jacobian = [Six; 6];
 

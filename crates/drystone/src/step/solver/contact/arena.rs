@@ -1,17 +1,17 @@
 //! Allocates the blocks of contacts.
 //!
 //! A group that one worker solves for the whole step needs its blocks only during that time. So all
-//! groups of a worker share one room, as large as the largest group needs. Many small islands then
-//! take no more memory than one, and their blocks stay in the worker's cache. Blocks have a place
-//! of their own if several workers share them, if they run in step with particles, or if they are
-//! read after the step.
+//! groups of a worker share one buffer (`rooms`), as large as the largest group needs. Many small
+//! islands then take no more memory than one, and their blocks stay in the worker's cache. Blocks
+//! have a place of their own if several workers share them, if they run in step with particles, or
+//! if they are read after the step.
 
 use super::block::ContactBlock;
 use crate::base::disjoint::{Apart, Next, Rows};
 use crate::base::grow;
 use crate::step::solver::plan::Plan;
 
-/// Blocks by their numbers in the plan: all blocks, or the blocks of a group in a room.
+/// Blocks by their numbers in the plan: all blocks, or the blocks of a group in a worker's buffer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Blocks<'a> {
     rows: Rows<'a, ContactBlock>,
@@ -44,14 +44,14 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// Blocks with a place of their own, and the workers' rooms.
+/// Blocks with a place of their own, and the workers' buffers.
 #[derive(Debug)]
 pub(crate) struct Arena<'a> {
     /// The first blocks of the plan.
     pub(crate) own: &'a mut [ContactBlock],
-    /// One room for each worker, for the groups that it solves alone.
+    /// One buffer for each worker, for the groups that it solves alone.
     pub(crate) rooms: &'a mut [ContactBlock],
-    /// Blocks in a room.
+    /// Blocks in a buffer.
     pub(crate) size: usize,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Arena<'a> {
         let layout = &plan.contacts;
         let own = shared.iter().map(|group| layout.blocks_of(&group.contacts).end).max();
         let size = single.iter().map(|group| layout.blocks_of(&group.contacts).len()).max();
-        // Any worker may take any group: with no more groups than workers, rooms would not save
+        // Any worker may take any group: with no more groups than workers, buffers would not save
         // memory.
         let (own, size) = if keep || single.len() <= workers {
             (layout.owners.len(), 0)
@@ -76,7 +76,7 @@ impl<'a> Arena<'a> {
             (own.unwrap_or(0), size.unwrap_or(0))
         };
         let n = own + size * workers;
-        // Never shrink: rooms grow and shrink from step to step.
+        // Never shrink: the need changes from step to step.
         if blocks.len() < n {
             let more = n - blocks.len();
             grow::make_room(blocks, more);

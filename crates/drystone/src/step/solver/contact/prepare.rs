@@ -48,7 +48,7 @@ pub(crate) fn build<S: Simd, const FIXED: bool>(
     extra: Option<&mut Extra>,
 ) -> Option<Warm<S>> {
     let Some(raw) = Raw::load::<FIXED>(source, owners) else {
-        // The room may contain rows of other groups, which must not push anything.
+        // The buffer may contain rows of other groups, which must not push anything.
         (block.row_a, block.row_b, block.parting) = ([0; LANES], [0; LANES], 0);
         (block.arrives, block.hit) = (0, 0);
         return None;
@@ -301,9 +301,9 @@ fn mark_fresh<S: Simd>(simd: S, block: &mut ContactBlock, count: Wide<S>, most: 
     }
 }
 
-/// Reach at which twist is measured: the mean distance of the points from the middle, times the
-/// ratio of the mean distance over the enclosed area to that of the points. Spinning resistance
-/// increases it.
+/// Reach at which twist is measured. It is the mean distance of the points from the middle, times a
+/// correction for the area that they enclose: the ratio of the area's mean distance to theirs.
+/// Spinning resistance increases it.
 #[inline(always)]
 fn reach_of<S: Simd, const N: usize>(
     simd: S,

@@ -2,7 +2,7 @@
 //! once in the middle of the step if they turn little.
 //!
 //! Rows are frozen over a step. A separation that is linear in them errs by r θ²/2 for a body that
-//! turns by θ at a lever arm r; normals, lever arms and the inertia err as well. For a pencil that
+//! turns by θ at a lever arm r. Normals, lever arms and the inertia err as well. For a pencil that
 //! turns by a radian per step nothing is right at its end, and pushes along outdated lever arms
 //! created energy (up to ×180). Also, other corners come down within the step that are missing in
 //! the manifold of its start.
@@ -14,7 +14,9 @@
 //! steady (docs/decisions/003-frozen-rows-one-sweep.md).
 //!
 //! Bodies with joints are excluded: joints read the rotation of a solver body since the step's
-//! start. References: docs/decisions/033-rows-made-anew.md.
+//! start.
+//!
+//! References: docs/decisions/033-rows-made-anew.md.
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 

@@ -99,9 +99,9 @@ impl JointSweep {
     }
 }
 
-/// Distance of the end of arm B from its tangent after a substep, over the substep, less that of
-/// arm A: w × (w × r) h/2, at most a chord for a fast rotation. Without it the joints of a crank at
-/// ten turns per second open by centimeters.
+/// Difference of the distances of the ends of arms B and A from their tangents after a substep,
+/// over the substep: w × (w × r) h/2. It is at most a chord for a fast rotation. Without it the
+/// joints of a crank at ten turns per second open by centimeters.
 #[inline(always)]
 pub(crate) fn bend<S: Simd>(
     simd: S,

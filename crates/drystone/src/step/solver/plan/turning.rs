@@ -33,9 +33,9 @@ pub(crate) struct Turning {
 
 impl Turning {
     /// Chooses the bodies whose contacts are rebuilt within the step: those that turn far, and
-    /// those about to be hit, because a thin body turns far in the step of the impact. Balls are
-    /// left out: a ball's contact has the same lever arm at any rotation. A body that flies by more
-    /// than its size in a step keeps the rows that stop it.
+    /// those about to be hit. (A thin body turns far in the step of the impact.) Balls are left
+    /// out: a ball's contact has the same lever arm at any rotation. A body that flies by more than
+    /// its size in a step keeps the rows that stop it.
     pub(crate) fn choose(
         &mut self,
         fineness: &[Fineness],

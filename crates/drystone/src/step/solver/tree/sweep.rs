@@ -11,14 +11,14 @@
 //!
 //! Bodies and joints are the nodes of a tree, so each is eliminated into one neighbor without fill.
 //! A joint is eliminated into its parent body after the body below it. That takes a 6 × 6 Cholesky
-//! factorization, and one with as many rows as the joint locks axes. A ball joint has 3; a six-axis
-//! joint has up to 6, whose rows are in six_dof.rs. Γ is that of a spring on the mass of the whole
-//! tree, because the solution needs no softness of its own. Gaps close no faster than contacts
-//! push.
+//! factorization, and one with as many rows as the joint locks axes. A ball joint has 3 rows. A
+//! six-axis joint has up to 6, which are in six_dof.rs. Γ is that of a spring on the mass of the
+//! whole tree, because the solution needs no softness of its own. Gaps close no faster than
+//! contacts push.
 //!
 //! g is the geometric stiffness of a substep. A body pulled at its ends by F is turned back as by a
-//! spring of F r, and light links under a heavy load swing faster than substeps can follow. h² F r,
-//! as an inertia against these joints' impulses, keeps every frequency below 1/h. It is small next
+//! spring of F r. Light links under a heavy load then swing faster than substeps can follow. The
+//! inertia h² F r against these joints' impulses keeps every frequency below 1/h. It is small next
 //! to the inertia of the load on the joint, (ω h)² of it [Andrews17].
 //!
 //! The solve uses double precision, because masses in a chain that differ by a factor of a thousand

@@ -265,8 +265,8 @@ mod tests {
         }
     }
 
-    /// Conditioning of a joint's angles: the sine of the angle between the two axes of a universal
-    /// joint, or the sines of half the swing and of its distance to opposite axes.
+    /// Conditioning of a joint's angles. Universal joint: the sine of the angle between its two
+    /// axes. Swing: the sines of half the swing and of its distance to opposite axes.
     fn sharpness(def: &SixDof, turns: &six::Turns) -> f32 {
         match def.turning() {
             Turning::Still | Turning::Hinge(_) => 1.0,

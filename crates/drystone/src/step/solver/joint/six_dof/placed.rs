@@ -100,7 +100,7 @@ pub(crate) struct Placed<S: Simd> {
     pub(crate) sb: Sym3w<S>,
     pub(crate) va: Velocity<S>,
     pub(crate) vb: Velocity<S>,
-    /// Velocities at the start of the substep; undefined if no spring needs them.
+    /// Velocities at the start of the substep; the current ones if no spring needs them.
     pub(crate) start_a: Velocity<S>,
     pub(crate) start_b: Velocity<S>,
     /// Angular velocities of kinematic bodies.
