@@ -6,7 +6,7 @@ use crate::{Outcome, cargo, run_to_end, target};
 pub fn run() -> Outcome {
     let mut command = cargo();
     command.args(["test", "--package", "drystone", "--lib", "--target-dir"]);
-    command.arg(target().join("model")).args(["base::team::model", "--", "--nocapture"]);
+    command.arg(target().join("model")).args(["base::threads::team::model", "--", "--nocapture"]);
     // In Cargo.toml the checker is a dependency under this cfg only.
     run_to_end(command.env("RUSTFLAGS", "--cfg drystone_model"))
 }

@@ -1,5 +1,5 @@
-//! Sweeps with accumulated impulses: what is clamped is the sum over the sweeps, so that a later visit may
-//! take back what an earlier one gave too much [Catto05]. With softness a row is a damped spring, solved
+//! Sweeps with accumulated impulses. The sum over the sweeps is clamped, so a later visit may take
+//! back the excess of an earlier one [Catto05]. With softness a row is a damped spring, solved
 //! together with the velocity that it causes [Catto11].
 
 use super::rows::{Mover, Pair, PairPoint};
@@ -7,27 +7,28 @@ use super::sequence::Sequence;
 use crate::base::math::Vec3;
 use crate::step::context::softness::Softness;
 
-/// What a sweep asks of the rows.
+/// Parameters of the rows in a sweep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
     pub(crate) h: f32,
     pub(crate) softness: Softness,
-    /// Overlap that is left alone [m].
+    /// Overlap that is left uncorrected [m].
     pub(crate) slop: f32,
-    /// Whether what arrives bounces.
+    /// Whether arriving contacts bounce.
     pub(crate) bounces: bool,
 }
 
-/// Part of an overlap that is removed in a substep, and overlap that is left [m]. With a slop of half a
-/// millimeter the bias acts in every column at rest, friction answers the velocity it makes, and that pumps a
-/// swaying of the whole column: five cubes reach 0.6 m/s in 3 s, against 1e-6 m/s without bias.
+/// Part of an overlap that is removed in a substep, and overlap that is left [m]. With a slop of
+/// half a millimeter the bias acts in every column at rest. Friction responds to the velocity of
+/// the bias, and together they drive a swaying of the whole column. Five cubes reach 0.6 m/s in 3
+/// s, against 1e-6 m/s without bias.
 const BAUMGARTE: f32 = 0.2;
 
 const SLOP: f32 = 5.0e-3;
 
-/// Rounds over the points of a pair in one visit. Four corners answer each other, so one round leaves the
-/// pair rocking, and the warm start repeats that a step too late: ten cubes sway up to 0.9 m/s in 10 s with one
-/// round, 4e-3 with two, 1.5e-5 with four.
+/// Rounds over the points of a pair in one visit. The four corners affect each other, so one round
+/// leaves the pair rocking, and the warm start repeats this a step too late. Ten cubes sway up to
+/// 0.9 m/s in 10 s with one round, 4e-3 with two, 1.5e-5 with four.
 const POINT_ROUNDS: u32 = 4;
 
 impl Law {
@@ -37,7 +38,7 @@ impl Law {
         Self { h, softness, slop: SLOP * length, bounces: true }
     }
 
-    /// Rigid rows that leave overlaps as they are.
+    /// Rigid rows that leave overlaps uncorrected.
     pub(crate) const fn rigid(h: f32) -> Self {
         Self { h, softness: Softness::RIGID, slop: 0.0, bounces: true }
     }
@@ -47,15 +48,16 @@ impl Law {
         Self { h, softness, slop: 0.0, bounces: true }
     }
 
-    /// Projection of the positions at the end of the substep: the whole overlap is removed in it. As velocity is
-    /// the way of a substep over `h`, that is a bias of 1/h which stays [Jakobsen01].
+    /// Projection of the positions at the end of the substep, which removes the whole overlap. The
+    /// velocity is the displacement of a substep over `h`, so this is a bias of 1/h that remains in
+    /// the velocity [Jakobsen01].
     pub(crate) fn projection(h: f32) -> Self {
         let softness = Softness { rate: 1.0 / h, mass: 1.0, impulse: 0.0 };
         Self { h, softness, slop: 0.0, bounces: false }
     }
 }
 
-/// The impulses of the last step, which the pairs were filled with.
+/// Applies the stored impulses of the last step.
 pub(crate) fn warm_start(sequence: &Sequence, movers: &mut [Mover], pairs: &[Pair]) {
     for row in &sequence.pairs {
         let pair = &pairs[*row as usize];
@@ -65,7 +67,7 @@ pub(crate) fn warm_start(sequence: &Sequence, movers: &mut [Mover], pairs: &[Pai
     }
 }
 
-/// Sweeps over all rows. Returns their number.
+/// Sweeps over all rows; returns the number of sweeps.
 pub(crate) fn accumulate(
     sequence: &Sequence,
     sweeps: u32,
@@ -114,7 +116,7 @@ fn press(pair: &Pair, p: &mut PairPoint, law: &Law, movers: &mut [Mover]) {
     let change = if law.bounces && bounce > 0.0 {
         (bounce - u) / response
     } else if s > 0.0 {
-        // The gap may be closed and no more.
+        // The gap may close, but no more.
         -(u + s / law.h) / response
     } else {
         -(mass * u + rate * (s + law.slop).min(0.0)) / response - impulse * p.press

@@ -1,17 +1,19 @@
-//! The contact problem solved to a tolerance: velocities after which nothing approaches, nothing that parts
-//! pushes, and friction takes the most energy that its cone allows [Baraff94].
+//! Solves the contact problem to a tolerance. At the resulting velocities nothing approaches,
+//! separating points have no impulse, and friction dissipates the maximum energy that its cone
+//! allows [Baraff94].
 //!
-//! Unknown are the velocities, not the impulses: four corners of a face share a load in no unique way, and the
-//! matrix of impulses is singular. Coulomb's law is written as complementarity of two cones [DeSaxce98]: with
-//! K = {|λ_t| ≤ μ λ_n}, λ lies in K, ũ = (u_n - u* + μ |u_t|, u_t) in its dual, and λ · ũ = 0. With s = μ |u_t| of the
-//! last round that is a convex problem [Cadoux09], and with λ of the last round and a stiffness ρ its velocities
-//! are the least of
+//! The unknowns are the velocities, not the impulses: four corners of a face share a load in no
+//! unique way, so the matrix of impulses is singular. Coulomb's law is written as complementarity
+//! of two cones [DeSaxce98]. With K = {|λ_t| ≤ μ λ_n}, λ lies in K, ũ = (u_n - u* + μ |u_t|, u_t)
+//! in its dual, and λ · ũ = 0. With s = μ |u_t| of the last round the problem is convex [Cadoux09].
+//! With λ of the last round and a stiffness ρ, its velocities minimize
 //!
 //! `½ |v - v₀|²_M + Σ ½/ρ |P(λ - ρ (u - u* n + s n))|²`, P onto K
 //!
-//! which Newton's method with a line search finds; the next λ is that projection, as in the augmented
-//! Lagrangian [Alart91]. Where rounds do not settle, slips are unknowns like the velocities (`implicit`). Sweeps alone take the fourth power of the height of a column (19,000 a step for ten
-//! cubes); some ten rounds do here.
+//! by Newton's method with a line search. The next λ is that projection, as in the augmented
+//! Lagrangian [Alart91]. If the rounds do not converge, slips become unknowns like the velocities
+//! (`implicit`). Sweeps alone need the fourth power of a column's height (19,000 per step for ten
+//! cubes); here some ten rounds suffice.
 
 mod budget;
 mod implicit;
@@ -30,42 +32,44 @@ use crate::step::classic::analytic::rows::{
     Point, along, each, inner, lower_root, onto_cone, response, row_of,
 };
 
-/// Residual at which it ends: the greatest change of velocity that a point alone would still make, as a part
-/// of the greatest speed of a contact point before, or of what forces add in a substep.
+/// Residual at which the solve ends: the maximum change of velocity that one point alone would
+/// still make. It is relative to the maximum initial speed of a contact point, or to the speed that
+/// forces add in a substep.
 pub(crate) const TOLERANCE: f64 = 1.0e-6;
 
-/// Rounds after which it gives up; steps of Newton's method in one; halvings of such a step.
+/// Limits: rounds; Newton steps in a round; halvings of such a step.
 const ROUNDS: u32 = 40;
 
 const NEWTON: u32 = 60;
 
 const HALVINGS: u32 = 30;
 
-/// Stiffness ρ of the first round, over the effective mass, and its limits.
+/// Stiffness ρ of the first round, relative to the effective mass, and its limits.
 const STIFFNESS: f64 = 1.0e4;
 
 const MOST_STIFFNESS: f64 = 1.0e6;
 
 const LEAST_STIFFNESS: f64 = 1.0;
 
-/// Sweeps over the points of a scene that is too large for the direct solve, and before rounds start anew.
+/// Sweeps over the points of a scene that is too large for the direct solve, and sweeps before each
+/// restart of the rounds.
 const SWEEPS: u32 = 500;
 
 const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
 
-/// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
+/// Part of an overlap that is removed in a substep, and overlap that is left uncorrected [m].
 const BAUMGARTE: f64 = 0.2;
 
 pub(crate) const SLOP: f64 = 5.0e-3;
 
-/// How it ended.
+/// Result of a solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outcome {
-    /// Direct solves, or sweeps.
+    /// Number of direct solves, or of sweeps.
     pub(crate) sweeps: u32,
     /// Relative residual.
     pub(crate) residual: f64,
-    /// There were sweeps only: a direct solve would have been too much work.
+    /// The solve used sweeps only, because a direct solve would be too expensive.
     pub(crate) too_large: bool,
 }
 
@@ -75,7 +79,7 @@ pub(crate) struct Analytic {
     points: Vec<Point>,
     /// Roots of inverse masses and inertias: v = roots.0 y, w = roots.1 y.
     roots: Vec<(DVec3, [DVec3; 3])>,
-    /// Whitened velocities: of now, without impulses, and the step to the next.
+    /// Whitened velocities: the current ones, those without impulses, and the step to the next.
     y: Vec<[f64; SIX]>,
     free: Vec<[f64; SIX]>,
     step: Vec<[f64; SIX]>,
@@ -91,12 +95,13 @@ pub(crate) struct Analytic {
 }
 
 impl Analytic {
-    /// A step begins in which it is asked so often.
+    /// Begins a step with this number of solves.
     pub(crate) const fn begin_step(&mut self, solves: u32) {
         self.budget = Budget::of_step(solves);
     }
 
-    /// Solves for the velocities at the end of a substep of `h`. `slop`: overlaps are removed by velocity, down to this [m]; ∞: none.
+    /// Solves for the velocities at the end of a substep of `h`. `slop`: velocity removes overlaps
+    /// down to this [m]; ∞: none.
     pub(crate) fn solve(
         &mut self,
         sequence: &Sequence,
@@ -108,7 +113,7 @@ impl Analytic {
         self.gather(sequence, h, slop, movers, pairs);
         self.budget.begin(self.points.len());
         let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
-        // At rest the impulses of the last step have taken the speed away already.
+        // At rest the impulses of the last step have already cancelled the speed that forces add.
         let force = |m: &Mover| DVec3::from(m.add_v).length();
         let scale = movers.iter().map(force).fold(scale, f64::max);
         if self.points.is_empty() || !(scale > 0.0 && scale.is_finite()) {
@@ -127,9 +132,9 @@ impl Analytic {
         outcome
     }
 
-    /// With friction there may be several solutions, and the rounds may circle between two, creep towards one
-    /// that is far or be driven away from one: then slips become unknowns too, and where that fails as well,
-    /// sweeps choose another neighborhood, from here and from nothing.
+    /// With friction there may be several solutions. The rounds may circle between two, creep
+    /// towards a distant one or diverge from one. Then slips become unknowns too. If that fails as
+    /// well, sweeps choose another starting point, from the current state and from zero impulses.
     fn search(&mut self, scale: f64) -> Outcome {
         let mut outcome = Outcome::default();
         let mut add = |next: Outcome| {
@@ -146,7 +151,7 @@ impl Analytic {
                 self.points.iter_mut().flat_map(|p| &mut p.rows).for_each(|r| r.impulse = 0.0);
             }
             let swept = self.take_sweeps(sweeps, scale);
-            // Direct solves are what is counted.
+            // Only direct solves are counted.
             if add(Outcome { sweeps: 0, ..swept })
                 || !self.budget.allows(0.0, 0.0)
                 || add(self.take_implicit(scale))
@@ -170,7 +175,8 @@ impl Analytic {
             let (solves, left) = self.minimize(stiffness, 0.01 * TOLERANCE * scale);
             outcome.sweeps += solves;
             if !(left <= 0.1 * TOLERANCE * scale) && stiffness > LEAST_STIFFNESS {
-                // Rounding, at this stiffness, which would be as many times in the impulses.
+                // Reduce a stiffness at which only rounding error is left: the impulses would have
+                // that error times the stiffness.
                 stiffness *= 0.1;
                 continue;
             }
@@ -180,7 +186,8 @@ impl Analytic {
                     row.impulse = impulse;
                 }
             }
-            // Momentum to the last digit, whatever Newton's method left.
+            // Recompute velocities from the impulses, so that momentum is exact to rounding despite
+            // the tolerance of Newton's method.
             self.y.clone_from(&self.free);
             for p in &self.points {
                 p.push(p.rows.map(|r| r.impulse), &mut self.y);
@@ -195,19 +202,19 @@ impl Analytic {
             }
         }
         if outcome.residual.is_infinite() {
-            // No round came to its end.
+            // No round was completed.
             outcome.residual = self.residual() / scale;
         }
         outcome
     }
 
-    /// s of the next round.
+    /// Sets s for the next round.
     fn set_slips(&mut self) {
         let Self { points, y, slips, changes, .. } = self;
         slips.clear();
         changes.clear();
         for p in &mut *points {
-            // Sticking friction holds what does not slide, kinetic friction what does.
+            // A point that does not slide has static friction, a sliding one kinetic friction.
             p.mu = p.alone(y).2;
             let [_, x, z] = p.velocities(y);
             slips.push(p.slip);
@@ -223,8 +230,8 @@ impl Analytic {
         self.points.iter().map(|p| p.alone(&self.y).1).fold(0.0, f64::max)
     }
 
-    /// Newton's method on the convex function of a round. Returns the number of direct solves, and the
-    /// greatest change of a point's velocity [m/s] that was still to be made before the last one.
+    /// Runs Newton's method on the convex function of a round. Returns the number of direct solves,
+    /// and the maximum velocity change of a point before the last one [m/s].
     fn minimize(&mut self, stiffness: f64, tolerance: f64) -> (u32, f64) {
         let mut left = f64::INFINITY;
         for solves in 0..NEWTON {
@@ -232,7 +239,8 @@ impl Analytic {
                 return (solves, left);
             }
             let Self { points, y, free, step, downhill, trial, flat, matrix, budget, .. } = self;
-            // Downhill: what impulses would do, less what was done.
+            // Descent direction: the effect of the projected impulses, less the present velocity
+            // change.
             step.clone_from(free);
             for p in &*points {
                 p.push(p.projected(y, stiffness), step);
@@ -280,7 +288,7 @@ impl Analytic {
         (NEWTON, left)
     }
 
-    /// Projected Gauss-Seidel, there and back.
+    /// Projected Gauss-Seidel, alternately forward and backward.
     fn take_sweeps(&mut self, sweeps: u32, scale: f64) -> Outcome {
         let mut done = 0;
         for sweep in 0..sweeps {
@@ -322,7 +330,7 @@ impl Analytic {
             let t1 = pair.normal.any_perpendicular();
             let directions = [pair.normal, t1, t1.cross(pair.normal)];
             for (index, q) in pair.points().iter().enumerate() {
-                // What the impulses of the last step are, the velocities have already.
+                // The velocities already contain the impulses of the last step.
                 let impulses = pair.normal * q.press + q.rub;
                 let rows = directions.map(|d| {
                     let arms = [q.r_a, q.r_b];

@@ -1,5 +1,5 @@
-//! Couplings and pulleys in the classic methods: the rows of the default one, with mass and inertia one; what a
-//! kinematic body does is in its mover.
+//! Couplings and pulleys in the classic methods. They use the rows of the default method with unit
+//! mass and inertia; the motion of a kinematic body is in its mover.
 
 use super::rows::Mover;
 use crate::base::collision::push;
@@ -18,11 +18,11 @@ const BAUMGARTE: f32 = 0.2;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coupled {
     source: Source,
-    /// What is amiss at the step's start; of a rope, less its length [m or rad].
+    /// Constraint error at the step's start; for a rope, less its length [m or rad].
     c: f32,
-    /// It pulls only.
+    /// The row only pulls.
     is_slack: bool,
-    /// Of this substep; a rope's is at most 0.
+    /// Impulse of this substep; for a rope at most 0.
     pub(crate) impulse: f32,
 }
 
@@ -41,9 +41,9 @@ impl Coupled {
         Some(Self { source: start.source, c: start.c, is_slack: start.is_slack, impulse: 0.0 })
     }
 
-    /// One visit.
+    /// Solves the row once.
     pub(crate) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
-        // Kinematic bodies have moved as their movers say: no time has passed besides.
+        // Elapsed time is 0, because the movers already contain the motion of kinematic bodies.
         let now = self.source.now(self.c, |row| [movers[row].x, movers[row].t], 0.0);
         let (mut k, mut speed) = (0.0, 0.0);
         for Part { line, v, w } in &now.parts {
@@ -55,7 +55,7 @@ impl Coupled {
         if !(k > 0.0) {
             return;
         }
-        // A slack rope lets its ends part as far as it reaches.
+        // A slack rope lets its ends separate until it is taut.
         let is_open = self.is_slack && now.c < 0.0;
         let closing = if is_open {
             1.0 / h * now.c

@@ -1,4 +1,4 @@
-//! Bodies, contacts and joints as rows of the classic methods, in the order of the method.
+//! Gathers bodies, contacts and joints into rows of the classic methods, in the method's order.
 
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
@@ -21,7 +21,7 @@ use crate::step::solver::body::state::BodyState;
 use crate::step::solver::input::Input;
 
 impl Scratch {
-    /// Movers of awake bodies; `row_of` gets their rows.
+    /// Makes the movers of awake bodies; writes their rows to `row_of`.
     pub(crate) fn gather_bodies(
         &mut self,
         ctx: &StepContext,
@@ -41,7 +41,7 @@ impl Scratch {
         }
     }
 
-    /// Pairs of all colors, and the order in which they are swept.
+    /// Gathers the pairs of all colors, and the order in which they are swept.
     pub(crate) fn gather_pairs(
         &mut self,
         ctx: &StepContext,
@@ -108,7 +108,7 @@ pub(super) fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> M
         return still;
     }
     let (root, _) = integrate::roots_of_inertia(body, body.rotation);
-    // The root of the inverse inertia times itself.
+    // The square of the root of the inverse inertia.
     let column = |axis: Vec3| root.mul(root.mul(axis));
     let (x, y, z) = (column(Vec3::X), column(Vec3::Y), column(Vec3::Z));
     let inv_inertia = Sym3 { xx: x.x, yy: y.y, zz: z.z, xy: y.x, xz: z.x, yz: z.y };
@@ -159,7 +159,8 @@ pub(super) fn pair_of(
     let total: f32 = c.points().iter().map(|p| p.impulse).sum();
     let scale = ctx.impulse_scale;
     for (to, p) in pair.points.iter_mut().zip(c.points()) {
-        // Friction is kept as one impulse of the pair: each point has as much of it as of the load.
+        // Friction is stored as one impulse of the pair: each point gets a share in proportion to
+        // its load.
         let share = if total > 0.0 { p.impulse / total } else { 0.0 };
         let rub = c.tangent_impulse - c.normal * c.normal.dot(c.tangent_impulse);
         *to = PairPoint {

@@ -15,7 +15,7 @@ const BAUMGARTE: f32 = 0.2;
 /// A joint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointRow {
-    /// Row of the joint.
+    /// Row in the table of joints.
     pub(crate) row: u32,
     pub(crate) a: u32,
     pub(crate) b: u32,
@@ -24,15 +24,15 @@ pub(crate) struct JointRow {
     /// From A's anchor to B's at the step's start [m].
     pub(crate) gap: Vec3,
     pub(crate) kind: JointKind,
-    /// Of a joint of six axes.
+    /// For six-axis joints.
     pub(crate) axes: Option<Axes>,
     pub(crate) coupled: Option<Coupled>,
-    /// As [`crate::state::joints::Joint::impulse`].
+    /// Impulse, as in [`crate::state::joints::Joint::impulse`].
     pub(crate) impulse: Vec3,
 }
 
 impl JointRow {
-    /// One visit.
+    /// Solves the joint once.
     pub(crate) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
         if let Some(coupled) = &mut self.coupled {
             coupled.solve(h, caps, movers);
@@ -55,7 +55,8 @@ impl JointRow {
         let j = match self.kind {
             JointKind::Ball => {
                 let Some(inverse) = k.inverse() else { return };
-                // A gap of some meters, where bodies were put elsewhere, would throw them.
+                // Limit the speed: a gap of several meters, after a body was repositioned, would
+                // throw the bodies.
                 let (rate, size) = (BAUMGARTE / h, gap.length());
                 let fastest = caps.closing_axis(rate * size, size, 0);
                 let rate = if rate * size > fastest { fastest / size } else { rate };
@@ -68,7 +69,7 @@ impl JointRow {
                 let length = gap.length();
                 along * self.solve_distance(&k, along, u, (h, caps), [min, max], length, spring)
             }
-            // By what stands in their own fields.
+            // Solved above, by `axes` and `coupled`.
             JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
         };
         if j.is_finite() {
@@ -102,7 +103,7 @@ impl JointRow {
             speed += j * response;
             sum += j;
         }
-        // Each limit may be approached as far as it is away.
+        // The distance may approach each limit within its gap.
         for (part, error, sign) in [(0, length - min, 1.0), (1, max - length, -1.0)] {
             let closing = if error > 0.0 {
                 1.0 / h * error
@@ -118,7 +119,7 @@ impl JointRow {
         sum
     }
 
-    /// The impulses of the last step, if they are kept.
+    /// Applies the impulses of the last step, if the method stores them.
     pub(crate) fn warm_start(&self, movers: &mut [Mover]) {
         if !matches!(self.kind, JointKind::Ball | JointKind::Distance { .. }) {
             return;
@@ -128,7 +129,7 @@ impl JointRow {
         movers[self.b as usize].take(self.r_b, j);
     }
 
-    /// The impulse on B of a ball or a distance.
+    /// The impulse of a ball or distance joint on B.
     pub(crate) fn linear(&self) -> Vec3 {
         match self.kind {
             JointKind::Distance { .. } => {

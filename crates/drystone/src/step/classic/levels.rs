@@ -1,9 +1,9 @@
-//! The contact graph: which body rests on which, its strongly connected components, and levels from the
-//! ground up [Guendelman03].
+//! The contact graph: finds which body rests on which, the strongly connected components, and
+//! levels from the ground up [Guendelman03].
 //!
-//! A body rests on another if it would move into it when forces act on it alone. What rests on each other in
-//! a circle is one component and shares a level; the level of any other is one above the highest that it
-//! rests on, and what cannot be pushed has level 0.
+//! A body rests on another if it would move into it when forces act on it alone. Bodies that rest
+//! on each other in a circle form one component and share a level. The level of any other body is
+//! one above the highest body that it rests on. Bodies that cannot be pushed have level 0.
 
 use super::rows::{Mover, Pair};
 
@@ -14,7 +14,8 @@ pub(crate) struct Graph {
     edges: Vec<(u32, u32)>,
     /// First edge of each body.
     first: Vec<u32>,
-    /// Search order, lowest reached, component; of each body.
+    /// Tarjan's search: visit order of each body, lowest order reached, and the stack of bodies
+    /// without a component.
     order: Vec<u32>,
     low: Vec<u32>,
     stack: Vec<u32>,
@@ -23,12 +24,12 @@ pub(crate) struct Graph {
     calls: Vec<(u32, u32)>,
 }
 
-/// Not seen yet.
+/// Not visited yet.
 const NEW: u32 = u32::MAX;
 
 impl Graph {
-    /// Gives movers and pairs their levels. Forces were just added, and velocities before them are the old
-    /// ones.
+    /// Sets the levels of movers and pairs. Forces must have been added just before; `old_v` and
+    /// `old_w` are the velocities before them.
     pub(crate) fn rate(&mut self, movers: &mut [Mover], pairs: &mut [Pair]) {
         self.find_edges(movers, pairs);
         self.number_components(movers);
@@ -68,8 +69,8 @@ impl Graph {
         }
     }
 
-    /// Tarjan's search, without recursion. Components are finished after all that they rest on, so a
-    /// level is known when it is needed.
+    /// Tarjan's search, without recursion. Components finish after all those on which they rest, so
+    /// each level is known when it is needed.
     fn number_components(&mut self, movers: &mut [Mover]) {
         let n = movers.len();
         self.order.clear();
@@ -124,7 +125,7 @@ impl Graph {
         self.calls.push((body, self.first[i]));
     }
 
-    /// The component whose first body is `root`: all above it on the stack.
+    /// Closes the component whose first body is `root`: all bodies above it on the stack.
     fn close(&mut self, root: u32, movers: &mut [Mover]) {
         let start = self.stack.iter().rposition(|b| *b == root).unwrap_or(0);
         let members = &self.stack[start..];
@@ -133,7 +134,7 @@ impl Graph {
             let i = *body as usize;
             let edges = self.first[i] as usize..self.first[i + 1] as usize;
             for (_, below) in &self.edges[edges] {
-                // Those of the component itself are still on the stack.
+                // Bodies of the component itself are still on the stack.
                 if !self.on_stack[*below as usize] {
                     level = level.max(movers[*below as usize].level);
                 }

@@ -1,9 +1,10 @@
-//! The classic methods: the same contacts, joints and islands as the default, with rows solved one by one.
+//! The classic methods: solve the contacts, joints and islands of the default methods with rows one
+//! by one.
 //!
-//! They are here to be studied and compared, so they are plain: one thread, no lanes, one file an idea.
-//! Reads: bodies, shapes, contacts, joints, colors. Writes: contacts and joints (impulses), solver lines
-//! (of mass and inertia one: their motion is the bodies' own). Runs: serially, whatever the workers.
-//! References: manual/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
+//! They serve study and comparison, so they are simple: one thread, no lanes, one idea per file.
+//! Reads: bodies, shapes, contacts, joints, colors. Writes: contacts and joints (impulses), solver
+//! bodies (of mass and inertia one: their motion is the bodies' own). Runs: serially, for any
+//! number of workers. References: manual/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
 
 mod accumulate;
 mod analytic;
@@ -42,46 +43,46 @@ use crate::state::def::method::{Method, Pass, Settings};
 use crate::state::def::options::{Integration, Order, Overlap, Shock};
 use crate::state::joints::{Joints, Link as JointLink};
 
-/// Rounds of joints and contacts of the analytic method.
+/// Alternations of joints and contacts in the analytic method.
 const JOINT_ROUNDS: u32 = 20;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     movers: Vec<Mover>,
-    /// Body row of each mover; the first is none.
+    /// Body row of each mover; the first mover has none.
     bodies: Vec<u32>,
     pairs: Vec<Pair>,
     links: Vec<JointRow>,
-    /// In the order of the method, and by levels from the ground up.
+    /// Pairs in the order of the method, and by levels from the ground up.
     sequence: Sequence,
     ground_up: Sequence,
     graph: Graph,
     change: Vec<(Vec3, Vec3)>,
     analytic: Analytic,
-    /// Greatest relative residual of the last step's substeps, of the analytic method; else 0.
+    /// Maximum relative residual of the last step's substeps in the analytic method; else 0.
     pub(crate) residual: f64,
     pub(crate) too_large: bool,
-    /// Contact rows that were pressed together for the first time.
+    /// Rows of contacts that were pressed for the first time.
     pub(crate) begun: Vec<u32>,
-    /// What contacts gave that landed or are asked for.
+    /// Impulses of contacts that landed or report forces.
     pub(crate) given: Vec<ContactTotals>,
     /// Sweeps over the contacts in the last step.
     pub(crate) sweeps: u32,
-    /// The last step was made by a classic method.
+    /// A classic method made the last step.
     was_here: bool,
 }
 
 impl Scratch {
-    /// Tells of the last step what `from` tells.
+    /// Takes over the statistics of the last step from `from`.
     pub(crate) fn start_from(&mut self, from: &Self) {
         (self.residual, self.too_large) = (from.residual, from.too_large);
         self.sweeps = from.sweeps;
-        // What it left behind in the lines is to be cleared, whoever had them.
+        // Solver bodies of a classic step must be cleared later, whichever world made it.
         self.was_here |= from.was_here;
     }
 
-    /// Another method makes this step; true if the last one was a classic one.
+    /// Hands over to another method for this step; true if a classic one made the last step.
     pub(crate) fn leave(&mut self, line_of: &mut [u32]) -> bool {
         let was_here = core::mem::take(&mut self.was_here);
         if was_here {
@@ -94,7 +95,7 @@ impl Scratch {
     }
 }
 
-/// The step of a classic method.
+/// Runs the step of a classic method.
 pub(crate) fn solve(
     ctx: &StepContext,
     method: &Method,
@@ -131,12 +132,13 @@ pub(crate) fn solve(
 }
 
 impl Scratch {
-    /// How often joints and contacts are converged: joints are rows of single precision, and take turns with the contacts.
+    /// Number of times that joints and contacts alternate: joints are rows of single precision and
+    /// are solved between the contacts.
     const fn rounds(&self) -> u32 {
         if self.links.is_empty() { 1 } else { JOINT_ROUNDS }
     }
 
-    /// Runs a pass; returns how many sweeps over the contacts it took.
+    /// Runs a pass; returns its number of sweeps over the contacts.
     fn run(&mut self, pass: Pass, ctx: &StepContext, settings: &Settings) -> u32 {
         let (h, caps, rounds) = (ctx.h, &ctx.caps, self.rounds());
         let Self { movers, pairs, links, sequence, ground_up, .. } = self;
@@ -170,7 +172,7 @@ impl Scratch {
             Pass::Bounce { sweeps: most, before_forces } => {
                 let most = if most > 0 { most } else { settings.sweeps };
                 if !before_forces {
-                    // The baseline has joints too.
+                    // The baseline method has joints too.
                     join(movers);
                 }
                 sweeps::bounce(sequence, most, h, before_forces, movers, pairs)
@@ -229,19 +231,20 @@ impl Scratch {
                 let law = Law::projection(h);
                 accumulate::accumulate(sequence, settings.sweeps, &law, movers, pairs, join)
             }
-            // Those that are switched off, and those of blocks.
+            // Passes that are switched off, and passes over blocks.
             _ => 0,
         }
     }
 
-    /// Before the passes of a substep: what arrives, and impulses where they do not persist.
+    /// Prepares a substep: finds arriving points, and resets impulses that do not persist.
     fn begin(&mut self, ctx: &StepContext, settings: &Settings, substep: u32) {
         let movers = &self.movers;
         for pair in &mut self.pairs {
             for i in 0..pair.points().len() {
                 let mut p = pair.points[i];
                 let u = pair.slip(&p, movers).dot(pair.normal);
-                // What forces alone make in a step is no arrival: it is what a body at rest has.
+                // The speed that forces alone add in a step is no arrival, because a body at rest
+                // has it, too.
                 let (a, b) = (&movers[pair.a as usize], &movers[pair.b as usize]);
                 let slow = 2.0 * a.add_v.length().max(b.add_v.length());
                 let meets = pair.separation(&p, movers) + ctx.h * u < 0.0;
@@ -266,7 +269,7 @@ impl Scratch {
         }
     }
 
-    /// Levels of the contact graph and the order they give, where the method asks for it.
+    /// Computes the levels of the contact graph and their order, if the method needs them.
     fn rate_levels(&mut self, settings: &Settings) {
         let by_level = matches!(settings.order, Order::Levels | Order::TopDown);
         if settings.order == Order::Random {
@@ -293,7 +296,7 @@ impl Scratch {
         }
     }
 
-    /// Impulses back to contacts and joints.
+    /// Writes the impulses to contacts and joints.
     fn store(
         &mut self,
         ctx: &StepContext,
@@ -304,7 +307,7 @@ impl Scratch {
         let bodies = askers.bodies;
         self.begun.clear();
         self.given.clear();
-        // Nothing sums up here what contacts and joints give: the last substep stands for all.
+        // The classic methods keep no sums: the last substep stands for all.
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let n = ctx.substeps as f32;
         for pair in &self.pairs {
@@ -355,7 +358,7 @@ impl Scratch {
         }
     }
 
-    /// Motion as lines of mass and inertia one.
+    /// Writes the motion as solver bodies of mass and inertia one.
     fn write_lines(&self, settings: &Settings, s: &mut Solved) {
         let one = Whitening::new(1.0, &Sym3::diagonal(Vec3::ONE));
         let four = |v: Vec3| [v.x, v.y, v.z, 0.0];

@@ -1,13 +1,13 @@
-//! Rows of the classic methods: bodies and pairs one by one, in plain velocities.
+//! Rows of the classic methods: single bodies and pairs, in plain velocities.
 //!
-//! Symbols: n: normal from A to B; u: velocity of B's point less that of A's; s: separation; K: collision
-//! matrix (base/collision.rs); j: impulse on B, the opposite on A.
+//! Symbols: n: normal from A to B; u: velocity of B's point less that of A's; s: separation; K:
+//! collision matrix (base/collision.rs); j: impulse on B, the opposite on A.
 
 use crate::base::collision::{mobility, push};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 
-/// A body, or all that never moves: row 0.
+/// A body; row 0 stands for everything that never moves.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mover {
     pub(crate) v: Vec3,
@@ -15,10 +15,10 @@ pub(crate) struct Mover {
     /// Motion since the step's start: of the center [m], and as a rotation vector [rad].
     pub(crate) x: Vec3,
     pub(crate) t: Vec3,
-    /// Of each world axis; 0 where it is locked, and of what cannot be pushed.
+    /// For each world axis; 0 if it is locked, and for bodies that cannot be pushed.
     pub(crate) inv_mass: Vec3,
     pub(crate) inv_inertia: Sym3,
-    /// Change of velocity by forces and free rotation in a substep, and what damping leaves of it.
+    /// Velocity change by forces and free rotation in a substep, and the factor by damping.
     pub(crate) add_v: Vec3,
     pub(crate) add_w: Vec3,
     pub(crate) decay_v: f32,
@@ -35,7 +35,7 @@ pub(crate) struct Mover {
 }
 
 impl Mover {
-    /// True if nothing pushes it, ever.
+    /// True if no impulse can move it.
     pub(crate) fn is_fixed(&self) -> bool {
         self.inv_mass == Vec3::ZERO && self.inv_inertia == Sym3::ZERO
     }
@@ -72,7 +72,7 @@ impl Mover {
         }
     }
 
-    /// The same impulse on its position: how far it moves it.
+    /// Displaces its position as an impulse would change its velocity.
     fn shift(&mut self, r: Vec3, j: Vec3) {
         if !self.frozen {
             self.x += push(self.inv_mass, j);
@@ -92,7 +92,7 @@ pub(crate) struct PairPoint {
     /// Impulse of the substep along the normal, and along the surface [N s].
     pub(crate) press: f32,
     pub(crate) rub: Vec3,
-    /// Approach that a bounce answers: velocity along the normal at the substep's start, if it bounces.
+    /// Approach velocity for the bounce: velocity along the normal at the substep's start, or 0.
     pub(crate) arrival: f32,
 }
 
@@ -110,11 +110,11 @@ pub(crate) struct Pair {
     /// Resistance to rolling and spinning, times radius [m].
     pub(crate) rolling: f32,
     pub(crate) spinning: f32,
-    /// How the surfaces move over the bodies: of B less that of A [m/s].
+    /// Surface velocity over the bodies: B's less A's [m/s].
     pub(crate) belt: Vec3,
     pub(crate) count: u8,
     pub(crate) points: [PairPoint; 4],
-    /// Level of the higher one.
+    /// Level of the higher body.
     pub(crate) level: u32,
     /// Some point of it pushed in this step.
     pub(crate) pressed: bool,
@@ -131,7 +131,7 @@ impl Pair {
         b.velocity_at(p.r_b) - a.velocity_at(p.r_a) + self.belt
     }
 
-    /// Separation now [m]; normal and arms are those of the step's start.
+    /// Current separation [m]; normal and lever arms are those of the step's start.
     pub(crate) fn separation(&self, p: &PairPoint, movers: &[Mover]) -> f32 {
         let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
         let moved = b.x + b.t.cross(p.r_b) - a.x - a.t.cross(p.r_a);
@@ -155,7 +155,7 @@ impl Pair {
         movers[self.b as usize].shift(p.r_b, j);
     }
 
-    /// Applies what resists rolling and spinning, of a contact pressed by `press` [N s].
+    /// Applies rolling and spinning resistance of a contact under the normal impulse `press` [N s].
     pub(crate) fn resist_rolling(&self, press: f32, movers: &mut [Mover]) {
         if !(self.rolling > 0.0 || self.spinning > 0.0) || press <= 0.0 {
             return;
@@ -163,7 +163,7 @@ impl Pair {
         let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
         let inertia = |m: &Mover| if m.frozen { Sym3::ZERO } else { m.inv_inertia };
         let Some(k) = inertia(a).plus(inertia(b)).inverse() else { return };
-        // What would end all turning, part by part within its limit.
+        // The angular impulse that would stop all rotation; each part is then clamped to its limit.
         let l = -k.mul(b.w - a.w);
         let spin = self.normal * l.dot(self.normal);
         let roll = l - spin;

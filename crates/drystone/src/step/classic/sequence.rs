@@ -1,8 +1,8 @@
-//! Order in which the classic methods take contacts.
+//! Order in which the classic methods solve contacts.
 
 use super::rows::Pair;
 
-/// The pairs in the order of a sweep, and where levels end in it.
+/// The pairs in the order of a sweep, and the ends of levels in it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sequence {
     pub(crate) pairs: Vec<u32>,
@@ -11,7 +11,7 @@ pub(crate) struct Sequence {
 }
 
 impl Sequence {
-    /// Finds the ends of levels anew.
+    /// Recomputes the ends of levels.
     pub(crate) fn end_levels(&mut self, pairs: &[Pair]) {
         let level = |i: usize| self.pairs.get(i).map(|p| pairs[*p as usize].level);
         self.ends.clear();
@@ -19,9 +19,9 @@ impl Sequence {
             .extend((0..self.pairs.len()).filter(|i| level(*i) != level(i + 1)).map(|i| i + 1));
     }
 
-    /// An order that has nothing to do with where pairs are.
+    /// Puts pairs in an order unrelated to their positions.
     pub(crate) fn shuffle(&mut self) {
-        // An odd factor permutes the numbers of 32 bits; their upper halves look random.
+        // An odd factor permutes the 32-bit numbers; their upper halves look random.
         let key = |pair: &u32| {
             let x = pair.wrapping_add(1).wrapping_mul(0x85eb_ca6b);
             ((x ^ x >> 15).wrapping_mul(0xc2b2_ae35), *pair)

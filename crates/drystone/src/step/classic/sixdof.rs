@@ -1,5 +1,5 @@
-//! Joints of six axes in the classic methods: one row after the other, each by itself, with impulses that are
-//! kept within a substep only. Springs are taken at the substep's end.
+//! Six-axis joints in the classic methods: solves single rows in sequence, with impulses that are
+//! kept within a substep only. Springs are evaluated at the substep's end.
 
 use super::rows::Mover;
 use crate::base::math::Vec3;
@@ -16,12 +16,12 @@ const BAUMGARTE: f32 = 0.2;
 pub(crate) struct Axes {
     along: [Vec3; 3],
     about: [Vec3; 3],
-    /// Full turns counted.
+    /// Angles, including full turns.
     pub(crate) angles: [f32; 3],
     axes: [JointAxis; 6],
     /// Impulse of each axis in this substep: drive, friction, limit.
     given: [[f32; 3]; 6],
-    /// On B at its anchor, in this substep.
+    /// Impulse on B at its anchor, in this substep.
     pub(crate) force: Vec3,
     pub(crate) torque: Vec3,
 }
@@ -41,13 +41,13 @@ impl Axes {
         }
     }
 
-    /// Before a substep.
+    /// Resets the impulses before a substep.
     pub(crate) fn begin(&mut self) {
         self.given = [[0.0; 3]; 6];
         (self.force, self.torque) = (Vec3::ZERO, Vec3::ZERO);
     }
 
-    /// One visit: anchors and gap as they are now.
+    /// Solves the joint once, at the current anchors and gap.
     pub(crate) fn solve(
         &mut self,
         [row_a, row_b]: [u32; 2],
@@ -98,8 +98,8 @@ impl Axes {
     }
 }
 
-/// The impulse that an axis gives at the coordinate `x`, speed `u`, inverse mass `k`. `capped`: how fast an error closes that would
-/// at a speed.
+/// The impulse of an axis at the coordinate `x`, speed `u` and inverse mass `k`. `capped` limits
+/// the speed at which an error closes.
 fn pushed(
     axis: &JointAxis,
     given: &mut [f32; 3],
@@ -146,7 +146,8 @@ fn pushed(
     sum
 }
 
-/// λ + h (stiffness (error + h u) + damping (u - speed)) = 0 after it.
+/// Impulse of a spring, λ + h (stiffness (error + h u) + damping (u - speed)) = 0, where u is the
+/// speed after it.
 fn sprung(spring: &JointSpring, error: f32, u: f32, speed: f32, k: f32, h: f32, old: f32) -> f32 {
     if spring.damping == f32::INFINITY {
         return (speed - u) / k;

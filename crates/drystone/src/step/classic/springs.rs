@@ -1,8 +1,8 @@
-//! Contacts as damped springs whose forces follow from the state at the substep's start.
+//! Contacts as damped springs, whose forces follow from the state at the substep's start.
 //!
-//! A point of effective mass m has the stiffness k = m ω² and the damping c = 2 m ζ ω. Symplectic Euler
-//! keeps one such point stable while h ω < 2 (√(1 + ζ²) - ζ); several points on a body, and bodies on each
-//! other, are stiffer together (manual/methods.md).
+//! A point of effective mass m has the stiffness k = m ω² and the damping c = 2 m ζ ω. Symplectic
+//! Euler keeps one such point stable while h ω < 2 (√(1 + ζ²) - ζ). Several points on a body, and
+//! bodies on top of each other, are stiffer together (manual/methods.md).
 
 use super::rows::{Mover, Pair};
 use super::sequence::Sequence;
@@ -18,7 +18,8 @@ pub(crate) struct Springs {
     pub(crate) damping_ratio: f32,
 }
 
-/// Adds the forces of a substep. All are found before any acts: they have no order.
+/// Adds the forces of a substep. All forces are computed before any of them acts, so their order
+/// does not matter.
 pub(crate) fn push_apart(
     springs: &Springs,
     sequence: &Sequence,
@@ -47,8 +48,8 @@ pub(crate) fn push_apart(
             let slide = u - n * u.dot(n);
             let mut rub = Vec3::ZERO;
             if let Some(along) = slide.try_normalize() {
-                // What would stop this point alone is shared with the others of the pair, which do
-                // the same at the same time.
+                // All points of the pair act at the same time, so each gets a share of the impulse
+                // that would stop it alone.
                 let share = 0.5 / f32::from(pair.count.max(1));
                 let needed = share * slide.length() / along.dot(k.mul(along));
                 rub = along * -needed.min(pair.friction[1] * press);

@@ -1,6 +1,6 @@
-//! Sweeps whose impulses are not accumulated: each visit of a point asks what is left to do there.
+//! Sweeps without accumulated impulses: each visit of a point solves its present error.
 //!
-//! Bounces, stops, shock propagation and push-out after [Guendelman03].
+//! Bounces, stops, shock propagation and push-out follow [Guendelman03].
 
 use super::accumulate::rub;
 use super::rows::{Mover, Pair, PairPoint};
@@ -11,7 +11,7 @@ use crate::base::math::Vec3;
 /// Rounds over the points of a pair in one visit of a stop.
 const PAIR_ROUNDS: u32 = 4;
 
-/// Rounds over the pairs of a level before the next one, of stops and of push-out.
+/// Rounds over the pairs of a level before the next level, in stops and in push-out.
 const LEVEL_ROUNDS: u32 = 2;
 
 /// Rounds over the points of a pair in shock propagation and in push-out.
@@ -19,9 +19,10 @@ const SHOCK_ROUNDS: u32 = 10;
 
 const PUSH_ROUNDS: u32 = 5;
 
-/// What approaches and would overlap at the end of a substep of `h` bounces, point after point, until nothing
-/// does or `most` sweeps are made. `before_forces`: where bodies would be is reckoned with the velocity that
-/// forces add, what bounces is the velocity of now. Returns the number of sweeps.
+/// Bounces the points that approach and would overlap at the end of a substep of `h`, one by one,
+/// until none is left or after `most` sweeps. `before_forces`: future positions include the
+/// velocity that forces will add; the bounce uses the current velocity. Returns the number of
+/// sweeps.
 pub(crate) fn bounce(
     sequence: &Sequence,
     most: u32,
@@ -55,7 +56,7 @@ pub(crate) fn bounce(
     most
 }
 
-/// Gives the point an impulse by the collision rule for the relative velocity `u`.
+/// Applies the collision rule's impulse for the relative velocity `u` at a point.
 fn strike(pair: &mut Pair, i: usize, u: Vec3, restitution: f32, movers: &mut [Mover]) {
     let p = pair.points[i];
     let k = pair.matrix(&p, movers);
@@ -69,8 +70,8 @@ fn strike(pair: &mut Pair, i: usize, u: Vec3, restitution: f32, movers: &mut [Mo
     pair.resist_rolling(press, movers);
 }
 
-/// Contacts: what would overlap at the end of the substep is stopped, in `sweeps` sweeps from the ground up,
-/// with restitutions of -1 + k/sweeps. Returns the number of sweeps.
+/// Stops contacts that would overlap at the end of the substep, in `sweeps` sweeps from the ground
+/// up, with restitutions of -1 + k/sweeps. Returns the number of sweeps.
 pub(crate) fn stop(
     sequence: &Sequence,
     sweeps: u32,
@@ -94,7 +95,8 @@ pub(crate) fn stop(
     sweeps * LEVEL_ROUNDS
 }
 
-/// Shock propagation: one more sweep from the ground up; what a level's bodies rest on cannot be pushed.
+/// Shock propagation: one more sweep from the ground up, in which the bodies below a level cannot
+/// be pushed.
 pub(crate) fn shock(sequence: &Sequence, h: f32, movers: &mut [Mover], pairs: &mut [Pair]) -> u32 {
     for level in sequence.levels() {
         for _ in 0..LEVEL_ROUNDS {
@@ -124,10 +126,10 @@ fn thaw(movers: &mut [Mover]) {
     }
 }
 
-/// Stops the points of a pair that would overlap, as one problem: the impulses of this visit are clamped as
-/// sums, for single strikes of four corners leave the pair opening (20 cubes: 0.05 m/s upward after a step).
-/// What is stopped stays in the air by up to the way of a substep: were it to close the gap first, it would
-/// arrive with that velocity and bounce.
+/// Stops the points of a pair that would overlap, as one problem. The impulses of this visit are
+/// clamped as sums, because separate impulses at four corners leave the pair separating (20 cubes:
+/// 0.05 m/s upward after a step). A stopped body stays above the surface by up to the displacement
+/// of a substep. If it closed the gap first, it would arrive with that velocity and bounce.
 fn stop_pair(pair: &mut Pair, rounds: u32, restitution: f32, h: f32, movers: &mut [Mover]) {
     let n = pair.normal;
     let count = pair.points().len();
@@ -170,8 +172,8 @@ fn stop_pair(pair: &mut Pair, rounds: u32, restitution: f32, h: f32, movers: &mu
     pair.resist_rolling(total, movers);
 }
 
-/// Moves what overlaps apart, from the ground up, what lies below held, in two gradual rounds; velocities
-/// stay as they are.
+/// Separates overlapping bodies from the ground up, with the bodies below fixed, in two gradual
+/// rounds. Velocities do not change.
 pub(crate) fn push_out(sequence: &Sequence, movers: &mut [Mover], pairs: &[Pair]) {
     for part in [0.5, 1.0] {
         for level in sequence.levels() {

@@ -1,17 +1,21 @@
-//! A bound on what the impulses of an island with joints add to its energy.
+//! A bound on the energy that a sweep's impulses add to an island with joints.
 //!
-//! Joints and contacts without bias never add energy: each visit is a projection. What can add is what a sweep begins with. The impulses
-//! of the last substep are applied again, along rows that turned since then, and after a blow they are those of the blow; one sweep
-//! takes back only a part of it. In a substep the impulses d on velocities u do the work u·d + d·d/2 (whitened, so that all masses
-//! are one), which is asked of every island that has joints. If it is more than drives, springs, what moves by itself and the closing of
-//! gaps can do, all impulses of the island are taken down to the part s for which it is as much:
+//! Joints and contacts without bias never add energy: each visit is a projection. The warm start
+//! can: it applies the impulses of the last substep along rows that have turned since. After an
+//! impact these are the impulses of the impact, and one sweep takes back only a part of them.
+//!
+//! In a substep the impulses d do the work u·d + d·d/2 on the velocities u (whitened, so that all
+//! masses are one). Every island with joints is checked. The work may not exceed the work that
+//! drives, springs, kinematic motion and the closing of gaps can do. If it does, all impulses of
+//! the island are scaled by the factor s at which the work equals that bound:
 //!
 //! ```text
 //! s u·d + s² d·d/2 = allowed        s = (-u·d + √((u·d)² + 2 d·d allowed)) / d·d
 //! ```
 //!
-//! All alike, so that momentum stays and no impulse leaves its limits; and what is carried on is that part, so that rows which feed each
-//! other do not grow in secret. See docs/decisions/031-work-of-joints.md.
+//! All impulses get the same factor, so momentum is conserved and no impulse leaves its limits. The
+//! warm start of the next substep is scaled too, so rows that feed each other cannot build up
+//! hidden impulses. See docs/decisions/031-work-of-joints.md.
 
 mod contacts;
 mod joints;
@@ -30,21 +34,23 @@ use crate::state::def::method::Pass;
 use crate::step::context::caps::Caps;
 use crate::step::solver_body::three;
 
-/// Part of an island's energy that its impulses may add in a second without being asked for more [1/s]. A soft joint that turns with its
-/// load at θ' holds (θ'/ω)² of the motion's energy, and gives it back at no more than θ' times that: this much at 22 rad/s and 72 Hz.
+/// Part of an island's energy that its impulses may add in a second without further checks [1/s]. A
+/// soft joint that turns with its load at θ' stores (θ'/ω)² of the motion's energy. It returns that
+/// at no more than θ' times the stored amount: this rate at 22 rad/s and 72 Hz.
 const RIPPLE: f64 = 0.05;
 
-/// Rows that turn by less than this in a step [rad] are what they were, and what moves by less than this part of its size deals no blow:
-/// impulses of the last substep are then as good as those of this one.
+/// Rows that turn by less than this in a step [rad] count as unchanged, and a body that moves by
+/// less than this part of its size causes no impact. The impulses of the last substep are then as
+/// good as those of this one.
 const QUIET: f32 = 0.02;
 
-/// A body of a constraint.
+/// One body of a constraint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
-    /// Mass [kg] and greatest moment of inertia [kg m²].
+    /// Mass [kg] and maximum moment of inertia [kg m²].
     mass: f64,
     moment: f64,
-    /// Its motion and turn since the step's start.
+    /// Translation and rotation since the step's start.
     moved: DVec3,
     turn: DVec3,
     /// Velocity and angular velocity before and after this substep's impulses.
@@ -53,7 +59,7 @@ pub(crate) struct Side {
 }
 
 impl Side {
-    /// One that nothing moves.
+    /// A body that cannot be pushed.
     const FIXED: Self = Self {
         mass: f64::INFINITY,
         moment: f64::INFINITY,
@@ -63,13 +69,13 @@ impl Side {
         w: [DVec3::ZERO; 2],
     };
 
-    /// About the end of an arm, at most.
+    /// Upper bound of the moment of inertia about the end of the lever arm `r`.
     fn inertia_at(&self, r: DVec3) -> f64 {
         if self.mass < f64::INFINITY { self.moment + self.mass * r.dot(r) } else { f64::INFINITY }
     }
 }
 
-/// Size of a quantity before, and its mean size before and after.
+/// Magnitude of a quantity before the impulses, and the mean of its magnitudes before and after.
 pub(crate) fn speeds(of: impl Fn(usize) -> f64) -> [f64; 2] {
     let [before, after] = [of(0).abs(), of(1).abs()];
     [before, 0.5 * (before + after)]
@@ -79,17 +85,18 @@ pub(crate) fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     DVec3::from(at(lanes, lane))
 }
 
-/// How fast a gap closes, on an axis on which any may close at `any`.
+/// Speed at which a gap closes on `axis`, where any gap may close at `any`.
 pub(crate) fn speed_of(gap: f64, rate: f32, (caps, any, axis): (&Caps, f32, usize)) -> f64 {
     lesser(f64::from(rate) * gap, f64::from(any) + caps.beyond(gap, axis))
 }
 
 impl Solver<'_> {
-    /// Holds the work of a sweep's impulses against what can do work, island by island.
+    /// Limits the work of a sweep's impulses, island by island.
     pub(super) fn bound(&self, group: &Group, pass: Pass, substep: u32) {
         let solves = matches!(pass, Pass::Solve { .. });
-        // What is taken in rounds touches nothing, and has its rows made anew in each of them: neither blows nor rows that turned do work,
-        // but soft joints at a hundred radians a second give back what they store.
+        // Tumbling islands are not checked. They have no contacts and get new rows in each round,
+        // so neither impacts nor turned rows do work. But soft joints at 100 rad/s return the
+        // energy that they store.
         let is_asked = group.fineness != Fineness::Tumbling;
         if !is_asked || group.bins.is_empty() || !(solves || pass == Pass::Relax) {
             return;
@@ -127,7 +134,7 @@ impl Solver<'_> {
         }
         let mut any = false;
         for bound in bounds.iter_mut() {
-            // What is no number is over, too.
+            // NaN counts as over the bound, too.
             let most = greater(ripple * bound.energy, bound.floor - bound.energy);
             bound.is_over = !(bound.work <= most);
             bound.is_quiet &= !bound.is_over;
@@ -139,7 +146,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Finds the islands in which all is slow, and that nothing drives which is of none.
+    /// Finds the islands in which all bodies are slow and which no moving surface drives.
     fn find_quiet(&self, group: &Group, bounds: &mut [Bound]) {
         bounds.iter_mut().for_each(|bound| bound.is_quiet = true);
         let at = |line: usize| self.plan.bins.of_line[line].wrapping_sub(number(group.bins.start));
@@ -152,7 +159,7 @@ impl Solver<'_> {
         if !self.has_extras {
             return;
         }
-        // What drifts does so against a body without a line.
+        // A moving surface drives through contacts with a body that has no solver body.
         let batches = &self.plan.contacts.batches[group.contacts.clone()];
         for i in batches.iter().filter(|batch| batch.fixed).flat_map(|b| b.blocks.clone()) {
             let (block, extra) = (self.blocks.read(i), self.extras.read(i));
@@ -194,12 +201,12 @@ impl Solver<'_> {
         self.take_part(group, bounds);
     }
 
-    /// Lines of the islands that have joints.
+    /// Solver bodies of the islands that have joints.
     fn bin_lines(&self, group: &Group) -> impl Iterator<Item = usize> {
         self.plan.bins.lines[group.bin_lines.clone()].iter().map(|line| *line as usize)
     }
 
-    /// The bound of a line's island, if it is over.
+    /// The bound of a solver body's island, if the island is over it.
     fn over<'b>(
         &self,
         line: usize,
@@ -211,7 +218,7 @@ impl Solver<'_> {
         bound.is_over.then_some(bound)
     }
 
-    /// That of the island of a lane.
+    /// The bound of the island of a lane, if the island is over it.
     fn over_lane<'b>(
         &self,
         lines: [u32; 2],
@@ -222,7 +229,8 @@ impl Solver<'_> {
         if line == 0 { None } else { self.over(line as usize, group, bounds) }
     }
 
-    /// Mass, momentum and the products of impulses of what is over; nothing is over where particles pull.
+    /// Sums mass, momentum and products of impulses of the islands over their bound. Islands with a
+    /// body dragged by particles are exempt.
     fn weigh_islands(&self, group: &Group, bounds: &mut [Bound]) {
         for i in self.bin_lines(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
@@ -234,7 +242,7 @@ impl Solver<'_> {
             let alpha = f64::from(whitening.alpha());
             let mass = 1.0 / (alpha * alpha);
             let s = whitening.s();
-            // The trace of I is no less than 9 over that of its inverse.
+            // The trace of I is at least 9 over the trace of its inverse.
             let inverse = f64::from(s.mul(Vec3::X).length_squared())
                 + f64::from(s.mul(Vec3::Y).length_squared())
                 + f64::from(s.mul(Vec3::Z).length_squared());
@@ -282,7 +290,7 @@ impl Solver<'_> {
         self.tree_bodies.read(tree.bodies.start).line as usize
     }
 
-    /// Takes all impulses of what is over down to its part.
+    /// Scales all impulses of the islands over their bound by their factors.
     #[expect(clippy::cast_possible_truncation, reason = "a factor")]
     fn take_part(&self, group: &Group, bounds: &mut [Bound]) {
         for i in self.bin_lines(group) {
@@ -375,7 +383,7 @@ impl Solver<'_> {
     }
 }
 
-/// A lane's number times a part; what is no number becomes 0.
+/// Scales a lane's number by `part`; a result that is not finite becomes 0.
 fn take(lanes: &mut Lanes, lane: usize, part: f32) {
     let new = lanes[lane] * part;
     lanes[lane] = if new.is_finite() { new } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Rows of the solver as lent to groups.
+//! `Solver`: borrowed views of the solver's rows, through which groups are solved in parallel.
 
 use super::body::island_motion::Frames;
 use super::body::row::Aux;
@@ -28,7 +28,7 @@ use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::solver_body::{SolverBody, Whitening};
 
-/// The solver's rows as lent to the groups: each touches its own.
+/// Shared access to the solver's rows; each group touches only its own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Solver<'a> {
     pub(super) ctx: &'a StepContext,
@@ -42,7 +42,8 @@ pub(crate) struct Solver<'a> {
     pub(super) aux: Rows<'a, Aux>,
     pub(super) acceleration: Rows<'a, Vec3>,
     pub(super) squeezes: Rows<'a, Squeeze>,
-    /// Empty unless some body turns far, or a group takes its step in rounds, and which one this is.
+    /// States at the start of `round`; empty unless some body turns far or a group is solved in
+    /// rounds.
     pub(super) states: Rows<'a, BodyState>,
     pub(super) round: u32,
     pub(super) frames: Rows<'a, Frames>,
@@ -51,11 +52,11 @@ pub(crate) struct Solver<'a> {
     /// Empty, or one for each block.
     pub(super) extras: Rows<'a, Extra>,
     pub(super) has_extras: bool,
-    /// Some contact that does not bounce may get a blow: see [`narrowphase::turns::blows`].
+    /// Some contact that does not bounce may get an impact: see [`narrowphase::turns::blows`].
     pub(super) blows: bool,
-    /// Some contact's bodies turn together: see [`narrowphase::turns::corotates`].
+    /// The two bodies of some contact rotate together: see [`narrowphase::turns::corotates`].
     pub(super) turning: Option<&'a BitSet>,
-    /// Some contact may be parted: only then `partings` and `ways` have rows.
+    /// Some overlap may be corrected by displacement; otherwise `partings` and `ways` are empty.
     pub(super) parts: bool,
     pub(super) partings: Rows<'a, Parting>,
     pub(super) ways: Rows<'a, SolverBody>,
@@ -67,7 +68,7 @@ pub(crate) struct Solver<'a> {
     pub(super) tree_gains: Rows<'a, f64>,
     pub(super) tree_bodies: Rows<'a, TreeBody>,
     pub(super) tree_rows: Rows<'a, TreeRow>,
-    /// Empty where `extras` is, as are `free`.
+    /// Empty where `extras` is empty, and so is `free`.
     pub(super) impacts: Rows<'a, Impacts>,
     pub(super) free: Rows<'a, Option<bool>>,
     pub(super) begun: Rows<'a, u8>,
@@ -76,8 +77,7 @@ pub(crate) struct Solver<'a> {
     pub(super) watches: Rows<'a, Watch>,
     pub(super) tallies: Rows<'a, ContactTally>,
     pub(super) peaks: Rows<'a, Peaks>,
-    /// Empty where `extras` is.
-    /// Empty unless something can break.
+    /// Empty unless some body or joint can break.
     pub(super) joint_tallies: Rows<'a, JointTally>,
     pub(super) six_tallies: Rows<'a, JointTally>,
     pub(super) tree_tallies: Rows<'a, TreeTally>,

@@ -1,10 +1,13 @@
-//! The stage `solver`: contacts and joints to velocities and poses' changes, by the passes of the method.
+//! The stage `solver`: computes the velocities and pose changes of a step from contacts and joints.
 //!
-//! Reads: bodies (state), shapes (surface velocities), contacts (manifolds), joints, colors. Writes: contacts and joints (impulses),
-//! solver lines. Runs: groups of small islands side by side, one worker a group; in a large island
-//! parallel over bodies, and over the blocks of one color after the other. Invariants: a color touches
-//! a dynamic body once; groups share no dynamic body; blocks are eight wide everywhere; the order of
-//! colors is fixed.
+//! Reads: bodies (state), shapes (surface velocities), contacts (manifolds), joints, colors.
+//! Writes: contacts and joints (impulses), solver bodies. Runs: groups of small islands side by
+//! side, one worker for each group. In a large island it runs in parallel over bodies, and over the
+//! blocks of one color after another.
+//!
+//! Invariants: a color touches a dynamic body once; groups share no dynamic body; blocks are eight
+//! wide on every machine; the order of colors is fixed.
+//!
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 
 mod bound;
@@ -38,8 +41,8 @@ use crate::state::contacts::Contacts;
 use crate::state::def::config::WorldConfig;
 use crate::state::joints::Joints;
 
-/// Runs the passes of the world's method: of a default one by [`wide`], of a classic one by [`classic`]. `finalize` writes
-/// the poses, from [`Scratch::solved`].
+/// Runs the passes of the world's method: a default method in [`wide`], a classic one in
+/// [`classic`]. `finalize` then writes the poses, from [`Scratch::solved`].
 pub(crate) fn solve(
     ctx: &StepContext,
     config: &WorldConfig,

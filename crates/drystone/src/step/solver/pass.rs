@@ -2,22 +2,22 @@
 
 use crate::state::def::method::Pass;
 
-/// How far a group is in its step.
+/// Passes that a group has completed in this step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Progress {
-    /// Substeps that positions have advanced.
+    /// Substeps by which positions have advanced.
     pub(crate) done: u16,
-    /// Velocities have the forces of the next one.
+    /// Velocities already contain the forces of the next substep.
     pub(crate) kicked: bool,
-    /// A translation of one of its bodies is locked.
+    /// A translation of some body in the group is locked.
     pub(crate) locked: bool,
 }
 
-/// A pass in a substep.
+/// One pass of one substep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PassStep {
     pub(crate) substep: u32,
     pub(crate) pass: Pass,
-    /// The velocities of the next substep follow at once.
+    /// The same walk over the bodies also adds the forces of the next substep.
     pub(crate) kicks: bool,
 }

@@ -1,4 +1,4 @@
-//! A group's way through the step, pass by pass.
+//! Runs the passes of a step over a group, in order.
 
 use super::lent::Solver;
 use super::pass::{PassStep, Progress};
@@ -8,7 +8,7 @@ use crate::state::bodies::Fineness;
 use crate::state::def::method::Pass;
 
 impl Solver<'_> {
-    /// Takes a group through the whole step.
+    /// Solves a group for the whole step.
     pub(super) fn solve(&self, number: usize, jobs: &Jobs<'_>) {
         if self.ctx.rounds > 1 {
             self.solve_in_rounds(number, jobs);
@@ -17,7 +17,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Takes a group through the substeps of its context.
+    /// Solves a group for the substeps of its context.
     pub(super) fn solve_once(&self, number: usize, jobs: &Jobs<'_>) {
         let mut way = self.begin(number, jobs);
         for step in self.pass_steps() {
@@ -26,7 +26,7 @@ impl Solver<'_> {
         self.end(number, &way, jobs);
     }
 
-    /// Rows of a group, and its stored impulses.
+    /// Builds the group's rows and applies the stored impulses.
     pub(super) fn begin(&self, number: usize, jobs: &Jobs<'_>) -> Progress {
         let group = &self.plan.groups[number];
         let locked = self.prepare_lines(number, jobs);
@@ -48,7 +48,7 @@ impl Solver<'_> {
         Progress { done: 0, kicked: true, locked }
     }
 
-    /// The passes of a step, in their order.
+    /// The passes of a step in execution order.
     pub(super) fn pass_steps(&self) -> impl Iterator<Item = PassStep> {
         let (body, finish) = (self.method.substep(), self.method.finish());
         let substeps = self.ctx.substeps;
@@ -59,14 +59,14 @@ impl Solver<'_> {
         let mut passes = steps.chain(finish.iter().map(move |p| (substeps, *p))).peekable();
         core::iter::from_fn(move || {
             let (substep, pass) = passes.next()?;
-            // Positions and the velocities after them are one walk over the bodies.
+            // Fuse positions and the following velocities into one walk over the bodies.
             let kicks = pass == Pass::Positions
                 && passes.next_if(|(_, next)| *next == Pass::Velocities).is_some();
             Some(PassStep { substep, pass, kicks })
         })
     }
 
-    /// A pass over a group.
+    /// Runs one pass over a group.
     pub(super) fn run_pass(
         &self,
         number: usize,
@@ -78,7 +78,8 @@ impl Solver<'_> {
         match step.pass {
             Pass::Velocities => {
                 self.accelerate(group, jobs, step.substep == 0);
-                // The warm start is in them, too: impacts that follow must not send it back.
+                // The velocities contain the warm start, too, which the following impacts must not
+                // reflect.
                 way.kicked = true;
             }
             Pass::Positions => {
@@ -102,7 +103,7 @@ impl Solver<'_> {
             pass => {
                 self.sweep(group, pass, step.substep, jobs);
                 self.bound(group, pass, step.substep);
-                // What the bound took back was never given.
+                // Sum after the bound: impulses that it removed never acted.
                 match pass {
                     Pass::Solve { .. } => {
                         self.add_to_tallies(group, When::solved(step.substep, self.ctx.parts));
@@ -117,7 +118,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Overlaps that no load explains are parted; impulses to the tables.
+    /// Corrects overlaps that no load explains, and stores the impulses in the tables.
     pub(super) fn end(&self, number: usize, way: &Progress, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         self.part(group, way.locked, jobs);

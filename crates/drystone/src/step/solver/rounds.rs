@@ -1,10 +1,12 @@
-//! A step in rounds, one for each substep of the world: for islands whose bodies turn far in a step, on joints alone.
+//! Solves a step in rounds, one for each substep of the world, for islands that turn far in a step
+//! and have only joints.
 //!
-//! Rows know the inertia, and the gyroscopic torque, of the moment they were made at, and rotation vectors of a step do not add. Of a
-//! body that turns by a radian in a step both are wrong, and its joints feed on that: a pendulum of four bodies, at 60 Hz, went from
-//! 0.1 to 10 J in five seconds, and out of the finite numbers. So each round begins where the last one left the bodies, with
-//! rows of its own. (Contacts have points of the step's start, which are not moved on: an island that touches something
-//! is solved in one round.)
+//! Rows use the inertia and the gyroscopic torque of the moment at which they were built, and
+//! rotation vectors of a step do not add. For a body that turns by a radian in a step both are
+//! wrong, and its joints gain energy from the error. A pendulum of four bodies at 60 Hz went from
+//! 0.1 to 10 J in five seconds, then overflowed. So each round starts from the poses at the end of
+//! the last one, with new rows. (Contact points stay those of the step's start, so an island that
+//! touches something is solved in one round.)
 
 use super::body::state::BodyState;
 use super::lent::Solver;
@@ -14,7 +16,7 @@ use crate::base::threads::jobs::Jobs;
 use crate::state::bodies::Body;
 
 impl Solver<'_> {
-    /// Takes a group through the whole step, round by round.
+    /// Solves a group for the whole step, round by round.
     pub(super) fn solve_in_rounds(&self, number: usize, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         let mut ctx = *self.ctx;
@@ -22,7 +24,8 @@ impl Solver<'_> {
             let solver = Solver { ctx: &ctx, round, ..*self };
             solver.solve_once(number, jobs);
             solver.move_on(group);
-            // A round stores what the next one takes up, both as impulses of whole substeps.
+            // A round stores the impulses that the next one starts from, both as impulses of whole
+            // substeps.
             ctx.impulse_scale = 1.0 / ctx.store_scale();
         }
         for i in group.lines.clone() {
@@ -30,7 +33,7 @@ impl Solver<'_> {
         }
     }
 
-    /// A body at the start of the round.
+    /// State of a body at the start of the round.
     #[inline(always)]
     pub(super) fn at_start(&self, row: u32) -> BodyState {
         let body = self.bodies.at(row);

@@ -25,22 +25,23 @@ pub(crate) struct Scratch {
     pub(super) plan: Plan,
     pub(crate) solved: Solved,
     pub(super) acceleration: Vec<Vec3>,
-    /// Of bodies whose step is taken in rounds, and of those that turn far.
+    /// States of bodies that are solved in rounds or turn far.
     pub(super) states: Vec<BodyState>,
-    /// Of each group.
+    /// One for each group.
     pub(super) frames: Vec<Frames>,
     /// One for each group, while some body turns far.
     pub(super) meshes: Vec<MeshScratch>,
     pub(super) blocks: Vec<ContactBlock>,
     pub(super) extras: Vec<Extra>,
-    /// Steps since the last one in which they were needed.
+    /// Steps since some contact last needed `extras`.
     plain: u32,
-    /// Steps since the last impacts or blows.
+    /// Steps since the last impact, with or without bounce.
     calm: u32,
-    /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
+    /// Overlap corrections of each block, and their pseudo-velocities for each solver body, which
+    /// are discarded after the step.
     pub(super) partings: Vec<Parting>,
     pub(super) ways: Vec<SolverBody>,
-    /// Steps since the last one in which they were needed.
+    /// Steps since the last overlap correction.
     pub(super) unparted: u32,
     pub(super) joints: Vec<JointBlock>,
     pub(super) joint_rests: Vec<JointRest>,
@@ -52,50 +53,52 @@ pub(crate) struct Scratch {
     pub(super) tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
     pub(super) impacts: Vec<Impacts>,
-    /// A bit for each lane of a block whose touch is new.
+    /// One bit for each lane of a block whose touch is new.
     pub(super) begun: Vec<u8>,
-    /// How far groups are that keep pace with particles.
+    /// Progress of the groups that run in step with particles.
     pub(super) progress: Vec<Progress>,
-    /// One for each block: whose impulses are summed. Sums of others mean nothing.
+    /// Contacts of each block whose impulses are summed; sums of other contacts are undefined.
     pub(super) watches: Vec<Watch>,
     pub(super) tallies: Vec<ContactTally>,
-    /// One for each block, while somebody asks.
+    /// One for each block, while some body, joint or shape needs them.
     pub(super) peaks: Vec<Peaks>,
-    /// One for each lane of a block, while some contact can bounce.
-    /// While something can break.
+    /// Empty unless something can break.
     pub(super) joint_tallies: Vec<JointTally>,
     pub(super) six_tallies: Vec<JointTally>,
     pub(super) tree_tallies: Vec<TreeTally>,
-    /// Of the methods that run over rows one by one.
+    /// Memory of the methods that process rows one by one.
     pub(super) classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
     pub(crate) sweeps: u32,
 }
 
-/// Room is kept for so many steps after it was needed last.
+/// Number of steps after which unused memory is freed.
 pub(crate) const KEPT_STEPS: u32 = 60;
 
-/// The same for impacts: before what they hit falls asleep, after which no step counts.
+/// The same for impacts. It is shorter, so that memory is freed before the bodies fall asleep:
+/// after that no step counts.
 const CALM_STEPS: u32 = 20;
 
-/// Room for so many contacts is kept where nothing is hit.
+/// Number of contacts for which memory for impacts is kept.
 const KEPT_ROOM: usize = 512;
 
 impl Scratch {
-    /// Forgets which contacts began, and which were watched, in the last step. Blocks that no group takes, those of bodies that were put
-    /// aside, would keep it.
+    /// Clears the records of new and watched contacts of the last step. Blocks that no group
+    /// solves, because their bodies were deactivated, would keep them.
     pub(super) fn begin_step(&mut self) {
         self.begun.clear();
         self.watches.clear();
     }
 
-    /// A classic method takes over: the plan of blocks names solver bodies that are not those of this step.
+    /// Discards the plan when a classic method takes over: its solver bodies are not those of this
+    /// step.
     pub(super) fn leave_wide(&mut self) {
         self.plan = Plan::default();
         self.sweeps = 0;
     }
 
-    /// A default method takes over. In blocks solver body 0 stands for none, and those of a classic method are of another kind.
+    /// Discards classic rows when a default method takes over. In blocks solver body 0 cannot be
+    /// pushed, and the solver bodies of a classic method differ.
     pub(super) fn leave_classic(&mut self) {
         let Solved { line_of, lines, whitening, aux, squeezes, .. } = &mut self.solved;
         if self.classic.leave(line_of) {
@@ -110,7 +113,8 @@ impl Scratch {
         self.sweeps + self.classic.sweeps
     }
 
-    /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
+    /// Allocates the `extras` of all blocks if some contact has any, and frees them after a while
+    /// without use.
     pub(crate) fn make_extras(&mut self, has_extras: bool) {
         let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
         self.extras.resize_with(if has_extras { blocks } else { 0 }, Extra::default);
@@ -121,7 +125,8 @@ impl Scratch {
         self.solved.free.resize(if has_extras { lines } else { 0 }, None);
     }
 
-    /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
+    /// Allocates memory for impacts. A small amount stays, because an impact may occur at any time;
+    /// a large one is freed after a while without use.
     pub(crate) fn make_impacts(&mut self, collides: bool) {
         let room = || self.impacts.iter().map(Impacts::room).sum::<usize>();
         if Self::is_over(&mut self.calm, collides, CALM_STEPS) && room() > KEPT_ROOM {
@@ -133,26 +138,26 @@ impl Scratch {
         }
     }
 
-    /// Counts the steps since something was needed; true if room for it is to be given back now.
+    /// Counts the steps since something was needed; true when its memory is to be freed.
     pub(crate) const fn is_over(since: &mut u32, is_needed: bool, steps: u32) -> bool {
         *since = if is_needed { 0 } else { since.saturating_add(1) };
         *since == steps
     }
 
-    /// See [`crate::step::Scratch::start_from`]. What is told of the last step is that of `from`.
+    /// See [`crate::step::Scratch::start_from`]. Statistics of the last step are those of `from`.
     pub(crate) fn start_from(&mut self, from: &Self) {
         self.plan.forget();
         self.sweeps = from.sweeps;
         self.classic.start_from(&from.classic);
     }
 
-    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
-    /// too many for it.
+    /// Relative residual of the contacts in the last step, for the analytic method, and whether
+    /// they were too many for it.
     pub(crate) fn residual(&self) -> (f64, bool) {
         (self.classic.residual, self.classic.too_large)
     }
 
-    /// Room for the rows of joints, couplings and trees.
+    /// Allocates the rows of joints, couplings and trees.
     pub(crate) fn make_joint_rows(&mut self) {
         self.joints.resize_with(self.plan.joints.owners.len(), JointBlock::default);
         self.joint_rests.resize_with(self.plan.joints.owners.len(), JointRest::default);
@@ -164,7 +169,7 @@ impl Scratch {
         self.tree_rows.resize(self.plan.forest.joints.len(), TreeRow::default());
     }
 
-    /// Contact rows that were pressed together for the first time.
+    /// Rows of contacts that were pressed for the first time in this step.
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> + Clone {
         let pressed =
             self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);

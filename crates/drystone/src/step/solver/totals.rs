@@ -1,12 +1,15 @@
-//! What contacts and joints gave over the whole step: for events, and for what breaks by a blow. Tables keep the impulses of
-//! the last substep, and a blow may have been over by then.
+//! Sums the impulses of contacts and joints over the whole step, for events and for breakage by
+//! impact. The tables keep only the impulses of the last substep, and an impact may be over by
+//! then.
 //!
-//! Impulses of a substep are summed after its sweep; a relax sweep adds what it changes. Impacts give theirs outside of
-//! sweeps. Summed are contacts that a user or a body that can break asks for, and those that may land in this step, whose
-//! impulse is told with the hit; joints only while something can break.
+//! Impulses of a substep are added after its sweep; a relax sweep adds the change. Impacts add
+//! theirs outside of sweeps. Sums are kept for contacts with a reporting shape or a breakable body,
+//! and for contacts that may land in this step, whose impulse the hit event reports. Joints are
+//! summed only while something can break.
 //!
-//! Joints break by force as well: that of the substep of the step in which it was greatest. That is a substep of the world, in
-//! whatever parts an island takes it, or a blow would weigh as many times as much on a joint of a small island.
+//! Joints also break by force: the maximum over the world's substeps. The world's substeps count
+//! even where an island subdivides them. Otherwise the same impact would give a joint of a small
+//! island a force that is larger by the number of parts.
 
 use super::contact::store::approach;
 use super::lent::Solver;
@@ -22,7 +25,7 @@ use crate::base::simd::wide::LANES;
 use crate::state::bodies::NONE;
 
 impl super::scratch::Scratch {
-    /// Room for the sums of a step; for those of joints only if something can break.
+    /// Allocates the sums of a step; the sums of joints only if something can break.
     pub(super) fn make_tallies(&mut self, (breakage, asks): (bool, bool)) {
         let blocks = self.plan.contacts.owners.len();
         self.watches.clear();
@@ -39,7 +42,8 @@ impl super::scratch::Scratch {
         self.tree_tallies.resize(room(self.plan.forest.joints.len()), none);
     }
 
-    /// What the contacts gave in the last step that landed or are asked for; in no order.
+    /// Impulses in the last step of the contacts that landed or report forces, in no particular
+    /// order.
     pub(crate) fn given(&self) -> impl Iterator<Item = ContactTotals> {
         let blocks = self.watches.iter().zip(&self.tallies).zip(&self.plan.contacts.owners);
         let watched = blocks.enumerate().filter(|(_, ((watch, _), _))| **watch != Watch::NONE);
@@ -63,7 +67,8 @@ impl super::scratch::Scratch {
 }
 
 impl Solver<'_> {
-    /// Decides which contacts of a block are summed, as the step begins. `turns`: they are made anew within the step.
+    /// Decides at the step's start which contacts of a block are summed. `turns`: the block is
+    /// rebuilt within the step.
     pub(super) fn watch(&self, i: usize, turns: bool) {
         let mut watch = Watch(self.blocks.read(i).landing);
         if self.askers.any() {
@@ -85,7 +90,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Notes what may land besides, of a block that was made anew within the step.
+    /// Adds points that may land, after a block was rebuilt within the step.
     pub(super) fn watch_more(&self, i: usize) {
         let more = self.blocks.read(i).landing;
         for (bits, more) in self.watches.row(i).0.iter_mut().zip(more) {
@@ -100,13 +105,13 @@ impl Solver<'_> {
         }
     }
 
-    /// The sums of a block, if there are any.
+    /// The sums of a block, if any are kept.
     #[inline(always)]
     pub(super) fn tally(&self, i: usize) -> Option<&mut ContactTally> {
         self.watches.read(i).is_asked().then(|| self.tallies.row(i))
     }
 
-    /// Impulses of a group's impacts come to the sums.
+    /// Adds the impulses of a group's impacts to the sums.
     pub(super) fn add_impacts(&self, number: usize) {
         for (block, lane, bounce) in self.impacts.row(number).given() {
             let Some(tally) = self.tally(block) else { continue };
@@ -117,7 +122,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Ends the sums of a block: peaks become forces, and it is known what landed.
+    /// Finishes the sums of a block: converts peak impulses to forces and records the contacts that
+    /// landed.
     pub(super) fn end_tally(&self, i: usize) {
         let Some(tally) = self.tally(i) else { return };
         let mut peaks = self.askers.any().then(|| self.peaks.row(i));
@@ -133,7 +139,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Whether a contact landed; one that touched before is told the speed.
+    /// True if a contact landed; stores the approach speed of one that touched before.
     fn lands(&self, i: usize, lane: usize, tally: &ContactTally) -> bool {
         let watch = self.watches.read(i).0[lane];
         if watch & NEW != 0 {
@@ -152,7 +158,7 @@ impl Solver<'_> {
         true
     }
 
-    /// Empties the sums of a group's joints.
+    /// Resets the sums of a group's joints.
     pub(super) fn begin_tallies(&self, group: &Group) {
         if !self.askers.breakage {
             return;
@@ -170,7 +176,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Adds what a sweep left of the joints' impulses.
+    /// Adds the joints' impulses after a sweep.
     pub(super) fn add_to_tallies(&self, group: &Group, when: When) {
         if !self.askers.breakage {
             return;
@@ -202,7 +208,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Gives the joints their sums; before a joint whose body swings says what it gave.
+    /// Writes the sums to the joints. This runs before a joint with a pendulum body reports its
+    /// impulse.
     pub(super) fn store_tallies(&self, group: &Group) {
         if !self.askers.breakage {
             return;

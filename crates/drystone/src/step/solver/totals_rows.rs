@@ -1,4 +1,4 @@
-//! Sums over the substeps of what contacts and joints give.
+//! Accumulates the impulses of contacts and joints over the substeps of a step.
 
 use super::contact::block::ContactBlock;
 use crate::base::math::{Vec3, bounded, greater, vec3};
@@ -7,7 +7,7 @@ use crate::state::bodies::Bodies;
 use crate::state::contacts::Contact;
 use crate::state::shapes::Shapes;
 
-/// Adds the impulses that a sweep left: all of them, or what a relax sweep changed.
+/// Adds the impulses after a sweep: all of them, or the change by a relax sweep.
 pub(crate) fn add(sum: &mut Lanes, last: &mut Lanes, now: &Lanes, is_relax: bool) {
     for lane in 0..LANES {
         sum[lane] += if is_relax { now[lane] - last[lane] } else { now[lane] };
@@ -15,8 +15,9 @@ pub(crate) fn add(sum: &mut Lanes, last: &mut Lanes, now: &Lanes, is_relax: bool
     *last = *now;
 }
 
-/// Contacts of a block whose impulses are summed: a byte for each lane, 0 for none. Bits 0 to 3 are points that bore nothing
-/// when the step began and arrive as fast as a hit; see [`NEW`], [`ASKED`], [`LANDED`].
+/// Contacts of a block whose impulses are summed: one byte for each lane, 0 for none. Bits 0 to 3
+/// are points that bore no load at the step's start and approach as fast as a hit; see [`NEW`],
+/// [`ASKED`], [`LANDED`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Watch(pub(super) [u8; LANES]);
 
@@ -39,10 +40,11 @@ pub(crate) const NEW: u8 = 0x10;
 /// A body of the contact can break, or a shape reports forces.
 pub(crate) const ASKED: u8 = 0x20;
 
-/// Points of bits 0 to 3, or any of a new contact, were pressed in the step.
+/// Points of bits 0 to 3, or any point of a new contact, were pressed in the step.
 pub(crate) const LANDED: u8 = 0x40;
 
-/// It is made anew within the step, and other points of it may land then: it is summed from the start.
+/// The contact is rebuilt within the step and may land at other points then, so it is summed from
+/// the start.
 pub(crate) const TURNS: u8 = 0x80;
 
 /// The sums of a block of contacts.
@@ -50,16 +52,17 @@ pub(crate) const TURNS: u8 = 0x80;
 pub(crate) struct ContactTally {
     /// Along the normal at each point [N s].
     pub(crate) points: [Lanes; 4],
-    /// All on B, friction included [N s, world].
+    /// Total impulse on B, friction included [N s, world].
     pub(crate) push: [Lanes; 3],
 }
 
-/// Greatest impulse of a substep, of each point and of all together [N s]; at the step's end as forces [N].
+/// Maximum impulse of a substep, for each point and for their total [N s]; at the step's end as
+/// forces [N].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Peaks(pub(super) [Lanes; 5]);
 
 impl ContactTally {
-    /// Adds what impacts gave to a lane.
+    /// Adds the impulses of impacts to a lane.
     pub(crate) fn add_bounce(&mut self, lane: usize, bounce: &Bounce) {
         for (sum, p) in self.points.iter_mut().zip(bounce.points) {
             sum[lane] += p;
@@ -69,7 +72,7 @@ impl ContactTally {
         }
     }
 
-    /// Adds the block's impulses, `times` 1, or takes them away again, before a sweep that changes them, by -1.
+    /// Adds the block's impulses `times` 1; with -1 removes them before a sweep that changes them.
     #[inline(always)]
     pub(super) fn add(&mut self, block: &ContactBlock, times: f32) {
         let count = usize::from(block.count.clamp(1, 4));
@@ -92,7 +95,7 @@ impl ContactTally {
 }
 
 impl Peaks {
-    /// Adds what impacts gave to a lane.
+    /// Adds the impulses of impacts to a lane.
     pub(crate) fn add_bounce(&mut self, lane: usize, bounce: &Bounce) {
         let [p, q, r, s] = bounce.points;
         for (peak, p) in self.0.iter_mut().zip([p, q, r, s, p + q + r + s]) {
@@ -100,7 +103,7 @@ impl Peaks {
         }
     }
 
-    /// Notes what the block gave in a substep.
+    /// Updates the peaks with the block's impulses of a substep.
     #[inline(always)]
     pub(super) fn note(&mut self, block: &ContactBlock) {
         let count = usize::from(block.count.clamp(1, 4));
@@ -118,24 +121,25 @@ impl Peaks {
     }
 }
 
-/// The impulses that bounces of a contact gave, outside of sweeps [N s; all of it: world, on B].
+/// Impulses from bounces of a contact, outside of sweeps [N s; `push`: world, on B].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bounce {
     pub(crate) points: [f32; 4],
     pub(crate) push: Vec3,
 }
 
-/// Which sweep left the impulses.
+/// The sweep after which impulses are added.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct When {
     pub(crate) is_relax: bool,
-    /// It begins, and it ends, a substep of the world.
+    /// The sweep is in the first, or the last, part of a substep of the world.
     begins: bool,
     ends: bool,
 }
 
 impl When {
-    /// `part` of a step in which each substep is taken in `parts`; a relax sweep at the step's end is of the last one.
+    /// `part` of a step that subdivides each substep into `parts`. A relax sweep at the step's end
+    /// belongs to the last one.
     pub(super) fn solved(part: u32, parts: u32) -> Self {
         Self {
             is_relax: false,
@@ -155,9 +159,9 @@ pub(crate) struct JointTally {
     /// Force, then torque.
     sum: [Lanes; 6],
     last: [Lanes; 6],
-    /// What the sums were as the substep began.
+    /// Sums at the start of the substep.
     start: [Lanes; 6],
-    /// Greatest of a substep so far, squared: force, torque.
+    /// Maximum of a substep so far, squared: force, torque.
     peak: [Lanes; 2],
 }
 
@@ -216,7 +220,7 @@ impl TreeTally {
     }
 }
 
-/// What a joint gave in a step, and the greatest of a substep [N s, N m s].
+/// Total impulse of a joint in a step, and the maximum of a substep [N s, N m s].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Totals {
     pub(crate) given: [Vec3; 2],
@@ -224,30 +228,31 @@ pub(crate) struct Totals {
 }
 
 impl Totals {
-    /// Squares of what is given overflow before it does.
+    /// Clamps the totals, because squares of impulses overflow before the impulses do.
     fn bounded(self) -> Self {
         Self { given: self.given.map(Vec3::bounded), peak: self.peak.map(bounded) }
     }
 }
 
-/// What a contact gave in a step.
+/// Impulses of a contact in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactTotals {
     pub(crate) contact: u32,
-    /// Along its normal at each of its points [N s]. A contact that was made anew within the step may have fewer points now.
+    /// Along the normal at each point [N s]. A contact that was rebuilt within the step may have
+    /// fewer points now.
     pub(crate) points: [f32; 4],
-    /// All on B, friction included [N s, world].
+    /// Total impulse on B, friction included [N s, world].
     pub(crate) push: Vec3,
-    /// Greatest force of a substep, of each point and of all together [N].
+    /// Maximum force of a substep, for each point and for their total [N].
     pub(crate) peaks: [f32; 5],
-    /// Points, bits, that were pressed for the first time or bore nothing before; [`Contact::approach`] tells how fast they
-    /// came. 0 if none did.
+    /// Bits of the points that were pressed for the first time or bore no load before; 0 if there
+    /// are none. [`Contact::approach`] has their approach speed.
     pub(crate) landed: u8,
-    /// A body of it can break, or a shape reports forces.
+    /// A body of the contact can break, or a shape reports forces.
     pub(crate) asked: bool,
 }
 
-/// Whose impulses are asked for in a step.
+/// Selects the contacts whose impulses are summed in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Askers<'a> {
     pub(crate) bodies: &'a Bodies,
@@ -257,12 +262,12 @@ pub(crate) struct Askers<'a> {
 }
 
 impl Askers<'_> {
-    /// False if nobody asks for any.
+    /// True if some contact may need sums.
     pub(super) const fn any(&self) -> bool {
         self.breakage || self.shapes.report_forces > 0
     }
 
-    /// Whether a contact's are asked for.
+    /// True if a body of the contact can break or a shape reports forces.
     pub(crate) fn ask_for(&self, contact: &Contact) -> bool {
         let breaks = |row: u32| self.bodies.at(row).breaks;
         let reports = |row: u32| self.shapes.at(row).reports.forces;

@@ -1,10 +1,11 @@
-//! Vectors of six numbers, rows of them, and Cholesky factors of up to six rows: the algebra of trees.
+//! Algebra of trees: 6-vectors, rows of them, and Cholesky factors of up to six rows.
 
 use crate::base::double::{DVec3, lesser};
 
 pub(super) type Six = [f64; 6];
 
-/// Rows of a joint: what velocities of a body make of the axes that it holds; the first ones count.
+/// Jacobian rows of a joint, which map a body's velocity to the joint's locked axes; only the first
+/// rows count.
 pub(super) type Jacobian = [Six; 6];
 
 pub(super) fn halves(a: &Six) -> (DVec3, DVec3) {
@@ -23,8 +24,8 @@ pub(super) fn mul(s: &[DVec3; 3], v: DVec3) -> DVec3 {
     DVec3 { x: s[0].dot(v), y: s[1].dot(v), z: s[2].dot(v) }
 }
 
-/// The lower Cholesky factor of the first `n` rows in place, its diagonal inverted. The matrix is positive
-/// definite.
+/// Replaces the first `n` rows by their lower Cholesky factor, with the diagonal inverted. The
+/// matrix is positive definite.
 #[inline(always)]
 pub(super) fn factor(m: &mut [Six; 6], n: usize) {
     for i in 0..n {
@@ -60,7 +61,7 @@ pub(super) fn backward(m: &[Six; 6], b: &mut Six, n: usize) {
     }
 }
 
-/// Adds impulses of rows.
+/// Adds the impulses `p` of rows.
 #[inline(always)]
 pub(super) fn push(x: &mut Six, rows: &Jacobian, p: &Six, n: usize) {
     for c in 0..6 {
@@ -69,7 +70,8 @@ pub(super) fn push(x: &mut Six, rows: &Jacobian, p: &Six, n: usize) {
     }
 }
 
-/// By how much a turn by the vector `t`, of up to 2.8 rad, moves `r`. See [`super::joint::sweep::Turn`].
+/// Displacement of `r` by the rotation vector `t`, up to 2.8 rad. See
+/// [`super::joint::sweep::Turn`].
 pub(super) fn shift(t: DVec3, r: DVec3) -> DVec3 {
     let y = t * 0.5;
     let q = lesser(y.dot(y), 2.0);
@@ -77,7 +79,8 @@ pub(super) fn shift(t: DVec3, r: DVec3) -> DVec3 {
     (half * (2.0 / (1.0 + half.dot(half)))).cross(r + half.cross(r))
 }
 
-/// By how much the end of an arm leaves its tangent in a substep, over its length: see joint.rs.
+/// Distance of an arm's end from its tangent after a substep, over the substep: see
+/// `joint/ball_distance.rs`.
 pub(super) fn curve(w: DVec3, r: DVec3, h: f64) -> DVec3 {
     let half = 0.5 * h;
     w.cross(w.cross(r)) * (half / (1.0 + half * half * w.dot(w)))

@@ -1,4 +1,4 @@
-//! The default methods: rows of contacts and joints in blocks of eight, swept color by color.
+//! Runs the default methods: rows of contacts and joints in blocks of eight, swept color by color.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use fearless_simd::dispatch;
@@ -35,8 +35,9 @@ use crate::step::context::softness::Softness;
 use crate::step::particles::tied::Tied;
 use crate::step::solver_body::{SolverBody, Whitening};
 
-/// Runs the method's passes: plans groups of islands, makes room for their rows, and lets a worker take each group through the step.
-/// There is a context for each [`Fineness`](crate::state::bodies::Fineness) of islands.
+/// Runs the method's passes: plans groups of islands, allocates their rows, and lets a worker take
+/// each group through the step. There is one context for each
+/// [`Fineness`](crate::state::bodies::Fineness) of islands.
 pub(crate) fn solve(
     ctx: &StepContext,
     config: &WorldConfig,
@@ -94,8 +95,9 @@ pub(crate) fn solve(
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     let askers = Askers { bodies, shapes, breakage };
     s.make_tallies((breakage, askers.any()));
-    // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
-    // by colors, which touch such a body once.
+    // SAFETY: groups share no constraint and no body that can be pushed. In a group that several
+    // workers share, a pass runs over bodies, or over colors, each of which touches such a body
+    // once.
     let apart = unsafe { Apart::promise() };
     let (slots, softened) = contacts.solved_mut(apart);
     let plan = &s.plan;
@@ -171,12 +173,12 @@ pub(crate) fn solve(
 }
 
 impl Solver<'_> {
-    /// A pass over the colors.
+    /// Runs a sweep of a pass over the colors.
     pub(crate) fn sweep(&self, group: &Group, pass: Pass, substep: u32, jobs: &Jobs<'_>) {
         let ctx = self.ctx;
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * ctx.h;
-        // A relax pass within a substep stands after its positions.
+        // A relax pass within a substep follows the position update.
         let moved = elapsed + if substep < ctx.substeps { ctx.h } else { 0.0 };
         let sweep = |softness, inner, elapsed| ContactSweep {
             inv_h: ctx.inv_h,
@@ -208,7 +210,7 @@ impl Solver<'_> {
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], true, jobs);
             }
-            // Passes over bodies or islands, and those of the classic methods.
+            // Passes over bodies or islands, and passes of the classic methods.
             _ => {}
         }
     }
@@ -253,7 +255,7 @@ impl Solver<'_> {
         });
     }
 
-    /// Sums up how each body is squeezed.
+    /// Sums the normal impulses that squeeze each body.
     fn weigh(&self, group: &Group, jobs: &Jobs<'_>) {
         let scale = self.ctx.store_scale();
         self.plan.contacts.for_blocks(&group.contacts, jobs, 64, |_, blocks| {

@@ -1,7 +1,8 @@
-//! Bodies and particles in step.
+//! Solves bodies together with particles.
 //!
-//! Groups with a body that particles touch or hold take each pass together with the particles; a group's result
-//! is the same as alone. Beside a classic method particles come after the bodies' whole step.
+//! Groups with a body that particles touch or hold run each pass together with the particles. A
+//! group's result is the same as alone. With a classic method, particles follow the bodies' whole
+//! step.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::body::integrate;
@@ -21,7 +22,7 @@ use crate::step::particles::tied;
 use crate::step::particles::tied::Tied;
 use crate::step::solver_body::three;
 
-/// The groups with a dragged body.
+/// Finds the groups with a dragged body.
 pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut tied::Scratch) {
     tied.groups.clear();
     for row in &tied.dragged {
@@ -36,7 +37,7 @@ pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut tied::Scratch
 }
 
 impl Solver<'_> {
-    /// Takes the groups of dragged bodies and the particles through the step.
+    /// Solves the groups of dragged bodies and the particles for the step.
     pub(super) fn solve_with_particles(&self, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
         if tied.is_idle() {
             tied.particles.touches.clear();
@@ -62,7 +63,8 @@ impl Solver<'_> {
         tied.scratch.groups = groups;
     }
 
-    /// Calls `f` with each group's place in the list and its number: shared ones one after the other.
+    /// Calls `f` with each group's index in the list and its number. Shared groups run one after
+    /// another.
     fn for_groups(
         &self,
         groups: &[usize],
@@ -101,7 +103,8 @@ impl Solver<'_> {
     }
 }
 
-/// Particles after the step of a classic method, whose lines of dragged bodies are whitened for it.
+/// Steps particles after a classic method, and whitens the solver bodies of dragged bodies for
+/// this.
 pub(super) fn follow(
     ctx: &StepContext,
     bodies: &Bodies,

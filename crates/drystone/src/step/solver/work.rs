@@ -1,8 +1,9 @@
-//! Work of an island's impulses in a sweep, and how much of it may be.
+//! Work of an island's impulses in a sweep, and the maximum that is allowed.
 
 use crate::base::double::{DVec3, greater, lesser};
 
-/// A sum of sizes in whole parts of a unit, the same in any order: that of constraints within a color is not to show.
+/// A sum of magnitudes in integer units. It is the same in any order, so the order within a color
+/// does not affect the result.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sum(i128);
 
@@ -18,20 +19,22 @@ impl Sum {
     }
 }
 
-/// Units in the work of an island: what is less does not matter to it, and 2⁶⁷ times as much is enough for all.
+/// Units in the work of an island. Smaller amounts do not matter, and 2⁶⁷ times that work is the
+/// range.
 pub(super) const UNITS: f64 = (1_u64 << 60) as f64;
 
-/// An island in a sweep.
+/// Work and energy of an island in a sweep.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bound {
-    /// Work of its impulses and energy before them [J].
+    /// Work of its impulses, and energy before them [J].
     pub(super) work: f64,
     pub(super) energy: f64,
-    /// Energy that it may have in any case: that of what has fallen for a step [J].
+    /// Energy that the island may always have: that of a fall for one step [J].
     pub(super) floor: f64,
-    /// It was more than the ripple and the floor allow: what else allows it is summed up.
+    /// The work exceeds ripple and floor, so the work of drives and closing gaps is summed.
     pub(super) is_over: bool,
-    /// Mass [kg], momentum, and moment of inertia [kg m²], the sum of all bodies'; the sums of m x and m x².
+    /// Mass [kg], momentum, and moment of inertia [kg m²], summed over all bodies; the sums of m x
+    /// and m x².
     pub(super) mass: f64,
     pub(super) first: DVec3,
     pub(super) second: f64,
@@ -40,16 +43,16 @@ pub(super) struct Bound {
     /// u·d and d·d.
     pub(super) along: f64,
     pub(super) square: f64,
-    /// Units of the sums in a joule.
+    /// Units of the sums per joule.
     pub(super) units: f64,
-    /// Work of drives, springs and what moves by itself, at most.
+    /// Upper bound of the work of drives, springs and kinematic motion.
     pub(super) driven: Sum,
-    /// Work of what closes gaps, at most, and its greatest speeds [m/s, rad/s].
+    /// Upper bound of the work of closing gaps, and their maximum speeds [m/s, rad/s].
     pub(super) closed: Sum,
     pub(super) fastest: [f64; 2],
-    /// What the impulses are multiplied by.
+    /// Factor on the impulses.
     pub(super) part: f64,
-    /// It is not asked any more in this step: see [`super::bound`].
+    /// The island is not checked again in this step: see [`super::bound`].
     pub(super) is_quiet: bool,
 }
 
@@ -58,10 +61,11 @@ impl Bound {
         self.driven.add(impulse.into() * speed * self.units);
     }
 
-    /// An impulse of a spring that is off its place by `off`, on an axis of these speeds, before it and in the mean. It does no more
-    /// work than its force does on the way of a substep, nor than it holds, wherever in the substep that is. `stiffness` counts by
-    /// itself; `square` is that of its frequency, if it counts per effective mass, which is no more than `most`. No spring is taken
-    /// for faster than a substep.
+    /// Adds the work of a spring's impulse. `off` is the spring's deflection; the speeds are those
+    /// of its axis before the impulse and in the mean. The work is at most the force times the
+    /// displacement of a substep, and at most the energy that the spring stores anywhere in the
+    /// substep. `stiffness` is absolute; `square` is the squared frequency where stiffness counts
+    /// per effective mass, which is at most `most`. No spring counts as faster than a substep.
     pub(super) fn release(
         &mut self,
         impulse: f64,
@@ -79,14 +83,15 @@ impl Bound {
         self.driven.add(work * self.units);
     }
 
-    /// The moment of inertia about its center, of all axes together [kg m²].
+    /// Trace of the moment of inertia about the center of mass, of all bodies together [kg m²].
     pub(super) fn whole_inertia(&self) -> f64 {
         let spread = self.second - self.first.dot(self.first) / self.mass;
         self.inertia + greater(spread, 0.0)
     }
 
-    /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns. A row that gave none closes nothing:
-    /// what its lane has of a limit may be that of another joint, before.
+    /// Adds the work of an impulse that closes a gap at `speed`; `kind` is 0 for translation, 1 for
+    /// rotation. A row without an impulse closes nothing: the limit in its lane may be left over
+    /// from another joint.
     pub(super) fn close(&mut self, impulse: f64, speed: f64, kind: usize) {
         if impulse == 0.0 {
             return;
@@ -95,16 +100,18 @@ impl Bound {
         self.fastest[kind] = greater(speed.abs(), self.fastest[kind]);
     }
 
-    /// The part of the impulses that does the work that is allowed.
+    /// The factor on the impulses at which they do the allowed work.
     pub(super) fn part(&self, ripple: f64) -> f64 {
-        // What closes gaps may bring bodies to its speed, in the frame of their center, and no farther.
+        // Closing gaps may accelerate bodies up to the closing speed, relative to their center of
+        // mass, and no more.
         let momentum = self.momentum;
         let own = self.energy - 0.5 * momentum.dot(momentum) / self.mass;
         let [v, w] = self.fastest;
         let reach = 0.5 * (self.mass * v * v + self.inertia * w * w);
         let [driven, closed] = [self.driven, self.closed].map(|sum| sum.get() / self.units);
         let closed = lesser(closed, greater(reach - own, 0.0));
-        // Where impulses did many times the work that they can have done they are wrong, and so is what is asked of each.
+        // Impulses that did many times the possible work are wrong, and so are the work estimates
+        // based on them.
         let can = driven + closed;
         let can = can * lesser(can / self.work, 1.0);
         let allowed = greater(ripple * self.energy + can, self.floor - self.energy);

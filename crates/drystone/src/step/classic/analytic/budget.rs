@@ -1,39 +1,41 @@
-//! How much work the analytic method may do in a step. Where rounds, slips as unknowns and sweeps circle without an end in
-//! sight, it gives up with the residual that it has then.
+//! Limits the work of the analytic method in a step. If rounds, implicit slips and sweeps do not
+//! converge, the method stops at the residual that it has then.
 
 use crate::base::double::lesser;
 
-/// Multiplications of a step after which it gives up: some seconds. Piles of 60 bodies take a tenth of that in their
-/// worst steps.
+/// Maximum multiplications of a step: some seconds. Piles of 60 bodies take a tenth of that in
+/// their worst steps.
 const MOST_WORK: f64 = 4.0e9;
 
-/// Multiplications for a point in a step of Newton's method, in a look at the function on its line, and in a sweep.
+/// Multiplications per point in a Newton step, in a function evaluation of its line search, and in
+/// a sweep.
 pub(crate) const POINT_SOLVE: f64 = 400.0;
 
 pub(crate) const POINT_LOOK: f64 = 60.0;
 
 pub(crate) const POINT_SWEEP: f64 = 120.0;
 
-/// What a step has done, in multiplications. A step has many solves: substeps, and in each of them as many as contacts and
-/// joints take turns. Each may take an even share of what those before it left.
+/// Work of a step, in multiplications. A step has many solves: one for each substep and each
+/// alternation of contacts and joints. Each may use an even share of the work that the ones before
+/// left.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Budget {
-    /// Of the step: what is left, and how many solves are to come.
+    /// In the step: remaining work, and number of remaining solves.
     left: f64,
     solves: u32,
-    /// Of this solve: what it may take, and what it took.
+    /// In this solve: maximum work, and the work so far.
     most: f64,
     work: f64,
     points: f64,
 }
 
 impl Budget {
-    /// A step of so many solves begins.
+    /// Begins a step with this number of solves.
     pub(crate) const fn of_step(solves: u32) -> Self {
         Self { left: MOST_WORK, solves, most: 0.0, work: 0.0, points: 0.0 }
     }
 
-    /// The next solve begins, of so many points.
+    /// Begins the next solve, with this number of points.
     pub(crate) fn begin(&mut self, points: usize) {
         self.left -= lesser(self.work, self.most);
         #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
@@ -42,7 +44,7 @@ impl Budget {
         (self.solves, self.work, self.points) = (self.solves.saturating_sub(1), 0.0, points);
     }
 
-    /// Counts multiplications for each point, and others; false when it is to give up.
+    /// Counts multiplications, `each` per point plus `more`; false once the limit is exceeded.
     pub(crate) fn allows(&mut self, each: f64, more: f64) -> bool {
         self.work += each * self.points + more;
         self.work <= self.most
@@ -53,7 +55,7 @@ impl Budget {
 mod tests {
     use super::{Budget, MOST_WORK};
 
-    /// What a step does that never settles, in so many solves.
+    /// Work of a step that never converges, with this number of solves.
     fn work_of_a_step(solves: u32, each: f64) -> f64 {
         let mut budget = Budget::of_step(solves);
         let mut work = 0.0;
@@ -72,7 +74,7 @@ mod tests {
         for solves in [1, 2, 20, 256 * 20] {
             let work = work_of_a_step(solves, 0.1 * one);
             assert!(work <= MOST_WORK, "{solves}: {work}");
-            // What is not done is less than one step of Newton's method in each solve.
+            // The unused work is less than one Newton step in each solve.
             assert!(work >= MOST_WORK - f64::from(solves) * one, "{solves}: {work}");
         }
     }

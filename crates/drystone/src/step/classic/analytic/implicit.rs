@@ -1,38 +1,39 @@
-//! Velocities with slips as unknowns, for where the rounds over slips of the analytic method do not settle: a
-//! solution from which those are driven away may be a regular one all the same, and Newton's method finds it
-//! from near by.
+//! Solves for velocities with slips as unknowns, where the analytic method's rounds over slips do
+//! not converge. A solution from which the rounds diverge may still be regular, and Newton's method
+//! finds it from nearby.
 //!
 //! `y - y₀ - Σ Gᵀ P(λ - ρ (u - u* n + μ |u_t| n)) = 0`, u = G y + u₀ [Alart91]
 //!
-//! As friction is not the derivative of any energy, the matrix is not symmetric: it is kept whole.
+//! Friction is not the derivative of any energy, so the matrix is not symmetric and is stored in
+//! full.
 
 use super::budget::{POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
 use super::skyline::SIX;
 use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
 
-/// Rounds of impulses, steps of Newton's method in one, halvings of such a step.
+/// Limits: rounds of impulses, Newton steps in a round, halvings of such a step.
 const ROUNDS: u32 = 12;
 
 const NEWTON: u32 = 40;
 
 const HALVINGS: u32 = 12;
 
-/// Unknowns beyond which it is not tried: a factorization of a tenth of a second.
+/// Maximum number of unknowns: a factorization of a tenth of a second.
 const MOST_UNKNOWNS: usize = 600;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Whole {
-    /// Row after row.
+    /// Stored by rows.
     matrix: Vec<f64>,
-    /// What impulses would do, less what was done; the step that Newton's method takes from there.
+    /// Effect of the impulses less the present velocity change, and the Newton step from there.
     error: Vec<f64>,
     step: Vec<f64>,
     start: Vec<[f64; SIX]>,
 }
 
 impl Analytic {
-    /// Newton's method for velocities and slips together, from where it stands.
+    /// Runs Newton's method for velocities and slips together, from the current state.
     pub(crate) fn take_implicit(&mut self, scale: f64) -> Outcome {
         let mut outcome = Outcome { residual: self.residual() / scale, ..Outcome::default() };
         if SIX * self.y.len() > MOST_UNKNOWNS {
@@ -73,9 +74,9 @@ impl Analytic {
         outcome
     }
 
-    /// One round; returns the number of solves, and whether the velocities are found.
+    /// Runs one round; returns the number of solves, and whether the velocities converged.
     fn settle(&mut self, stiffness: f64, tolerance: f64) -> (u32, bool) {
-        // A factorization of a matrix without symmetry, row by row.
+        // Work of a factorization without symmetry.
         #[expect(clippy::cast_precision_loss, reason = "at most 600")]
         let unknowns = (SIX * self.y.len()) as f64;
         for solves in 0..NEWTON {
@@ -124,7 +125,8 @@ impl Analytic {
     }
 }
 
-/// What is projected, with the slip of these velocities; the velocity along the surface; the stiffness.
+/// Argument of the projection, with the slip of these velocities; velocity along the surface;
+/// stiffness.
 fn reach(p: &Point, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], [f64; 2], f64) {
     let ([n, a, b], rho) = p.reach(y, stiffness);
     let [_, x, z] = p.velocities(y);
@@ -136,13 +138,13 @@ fn pressed(p: &Point, y: &[[f64; SIX]], stiffness: f64) -> [f64; 3] {
     onto_cone(p.mu, reach(p, y, stiffness).0)
 }
 
-/// Row of the first unknown of a body; what does not move has none.
+/// Row of the first unknown of a body; none for a body that does not move.
 fn first_row(body: u32, bodies: usize) -> Option<usize> {
     ((body as usize) < bodies).then_some(SIX * body as usize)
 }
 
 impl Whole {
-    /// What is left to do, into `error`, and its size.
+    /// Writes the remaining error into `error` and returns its size.
     fn rate(
         &mut self,
         points: &[Point],
@@ -167,7 +169,7 @@ impl Whole {
         self.error.iter().map(|e| e * e).sum::<f64>().sqrt()
     }
 
-    /// The matrix of the step: I + Σ Gᵀ P' ρ (1 + μ n tᵀ) G.
+    /// Fills the matrix of the step: I + Σ Gᵀ P' ρ (1 + μ n tᵀ) G.
     fn fill(&mut self, points: &[Point], y: &[[f64; SIX]], stiffness: f64) {
         let n = self.error.len();
         self.matrix.clear();
@@ -213,7 +215,8 @@ impl Whole {
         }
     }
 
-    /// Gauss's elimination with row pivots: `step` from `error`. False if a pivot is zero.
+    /// Gaussian elimination with row pivots: computes `step` from `error`. False if a pivot is
+    /// zero.
     fn solve(&mut self) -> bool {
         let Self { matrix, error, step, .. } = self;
         let n = error.len();
@@ -258,7 +261,7 @@ impl Whole {
     }
 }
 
-/// Derivatives of the projection onto the cone; none where it is constant.
+/// Derivatives of the projection onto the cone; `None` where it is constant.
 fn slope_of_cone(mu: f64, [n, x, z]: [f64; 3]) -> Option<[[f64; 3]; 3]> {
     let size = (x * x + z * z).sqrt();
     if size <= mu * n {

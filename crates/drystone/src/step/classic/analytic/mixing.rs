@@ -1,13 +1,13 @@
-//! Speeds up a fixed-point iteration `s ← g(s)`: of the last steps, the mixture whose change would be least
-//! [Anderson65].
+//! Accelerates a fixed-point iteration `s ← g(s)`: combines the last steps into the mixture with
+//! the minimum change [Anderson65].
 
-/// Steps that are remembered.
+/// Number of steps kept.
 const DEPTH: usize = 6;
 
-/// What it remembers.
+/// The last steps of the iteration.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mixing {
-    /// The last place and how g would have changed it.
+    /// Last point, and its change by g.
     place: Vec<f64>,
     change: Vec<f64>,
     /// Differences of both from step to step, the oldest first.
@@ -22,7 +22,7 @@ impl Mixing {
         self.changes.clear();
     }
 
-    /// The next place, into `place`, which g would change by `change`.
+    /// Replaces `place`, which g would change by `change`, by the next point.
     pub(crate) fn advance(&mut self, place: &mut [f64], change: &[f64]) {
         if self.place.len() == place.len() {
             if self.places.len() == DEPTH {
@@ -46,7 +46,7 @@ impl Mixing {
         }
     }
 
-    /// Parts of the differences whose sum is nearest to the change of now.
+    /// Coefficients of the differences whose sum is nearest to the current change.
     fn parts(&self) -> [f64; DEPTH] {
         let n = self.changes.len();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -55,7 +55,7 @@ impl Mixing {
             for j in 0..n {
                 m[i][j] = dot(&self.changes[i], &self.changes[j]);
             }
-            // Differences that point the same way are told apart by no more than rounding.
+            // Regularize: parallel differences are distinguished by rounding errors only.
             m[i][i] *= 1.0 + 1.0e-10;
             x[i] = dot(&self.changes[i], &self.change);
         }
@@ -95,7 +95,7 @@ mod tests {
             mixing.advance(&mut s, &change);
         }
         for (value, wanted) in s.iter().zip([2.0, 1.0, 0.8]) {
-            // The matrix of the last step is singular but for 1e-10.
+            // The matrix of the last step is singular except for 1e-10.
             assert!((value - wanted).abs() < 1.0e-6, "{s:?}");
         }
     }

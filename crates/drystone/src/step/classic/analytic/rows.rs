@@ -5,37 +5,37 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::step::classic::analytic::skyline::{SIX, Skyline};
 
-/// A direction of a point in whitened velocities, y with v = v₁ + W y and W Wᵀ = M⁻¹: its row is also its
-/// response. One part a body.
+/// A direction of a point in whitened velocities, y with v = v₁ + W y and W Wᵀ = M⁻¹. Its row is
+/// also its response, with one part for each body.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Row {
     pub(crate) d: DVec3,
     pub(crate) g: [[f64; SIX]; 2],
-    /// Velocity along it for y = 0.
+    /// Velocity along the direction for y = 0.
     pub(crate) u: f64,
     pub(crate) impulse: f64,
 }
 
-/// A point: normal and two tangents.
+/// A contact point: normal and two tangents.
 #[derive(Clone, Debug)]
 pub(super) struct Point {
     pub(crate) pair: u32,
     pub(crate) index: usize,
-    /// Movers less the fixed one; what has no unknowns is out of range.
+    /// Movers without the fixed one; a body without unknowns is out of range.
     pub(crate) bodies: [u32; 2],
     pub(crate) rows: [Row; 3],
     /// K of the normal, and of the tangents.
     pub(crate) normal: f64,
     pub(crate) tangent: [f64; 2],
     pub(crate) friction: [f64; 2],
-    /// Relative velocity along the normal that is asked for at least [m/s].
+    /// Minimum relative velocity along the normal [m/s].
     pub(crate) target: f64,
-    /// Coefficient of friction and s in this round.
+    /// Coefficient of friction, and s in this round.
     pub(crate) mu: f64,
     pub(crate) slip: f64,
 }
 
-/// A lower triangle L with L Lᵀ of this matrix, by columns; zero where that is.
+/// A lower triangle L with L Lᵀ equal to this matrix, by columns; zero in singular directions.
 pub(super) fn lower_root(m: &Sym3) -> [DVec3; 3] {
     let [xx, yy, zz] = [m.xx, m.yy, m.zz].map(f64::from);
     let [xy, xz, yz] = [m.xy, m.xz, m.yz].map(f64::from);
@@ -73,12 +73,12 @@ pub(super) fn dot(a: &[f64; SIX], b: &[f64; SIX]) -> f64 {
     sum
 }
 
-/// Change of velocity along one row by an impulse of 1 of another of the same point.
+/// Velocity change along one row by a unit impulse of another row of the same point.
 pub(super) fn response(of: &Row, by: &Row) -> f64 {
     dot(&of.g[0], &by.g[0]) + dot(&of.g[1], &by.g[1])
 }
 
-/// What a change of whitened velocities is along a row.
+/// Component of a change of whitened velocities along a row.
 pub(super) fn along(row: &Row, bodies: [u32; 2], y: &[[f64; SIX]]) -> f64 {
     let part = |side: usize| y.get(bodies[side] as usize).map_or(0.0, |y| dot(&row.g[side], y));
     part(0) + part(1)
@@ -88,7 +88,7 @@ pub(super) fn inner(a: &[[f64; SIX]], b: &[[f64; SIX]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
 }
 
-/// The nearest of K.
+/// The nearest point of K.
 pub(super) fn onto_cone(mu: f64, [n, x, z]: [f64; 3]) -> [f64; 3] {
     let size = (x * x + z * z).sqrt();
     if size <= mu * n {
@@ -106,12 +106,12 @@ impl Point {
         [0, 1, 2].map(|i| self.rows[i].u + along(&self.rows[i], self.bodies, y))
     }
 
-    /// Speed of the point before, in the fastest direction.
+    /// Initial speed of the point, in its fastest direction.
     pub(crate) fn speed(&self) -> f64 {
         self.rows.iter().map(|r| r.u.abs()).fold(0.0, f64::max)
     }
 
-    /// What is projected, and the stiffness.
+    /// Argument of the projection, and the stiffness.
     pub(crate) fn reach(&self, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], f64) {
         let rho = stiffness / greater(self.normal, greater(self.tangent[0], self.tangent[1]));
         let [n, t1, t2] = self.velocities(y);
@@ -124,7 +124,7 @@ impl Point {
         onto_cone(self.mu, self.reach(y, stiffness).0)
     }
 
-    /// Adds what impulses do.
+    /// Adds the effect of impulses to the velocities.
     pub(crate) fn push(&self, impulses: [f64; 3], y: &mut [[f64; SIX]]) {
         for side in 0..2 {
             let Some(y) = y.get_mut(self.bodies[side] as usize) else { continue };
@@ -147,7 +147,7 @@ impl Point {
             self.rows.iter().for_each(|row| matrix.add(rho, self.bodies, &row.g));
             return;
         }
-        // Along the edge of the cone that is near, and around the cone.
+        // Along the nearest edge of the cone, and around the cone.
         let (c, s) = (x / size, z / size);
         matrix.add(rho / (1.0 + mu * mu), self.bodies, &self.combined([1.0, mu * c, mu * s]));
         let around = mu * (n + mu * size) / ((1.0 + mu * mu) * size);
@@ -168,15 +168,15 @@ impl Point {
         g
     }
 
-    /// The impulses it would have were all others as they are, by how much that changes its velocity, and the
-    /// coefficient of friction that limits it.
+    /// The impulses of this point if all others stayed unchanged, the resulting change of its
+    /// velocity, and the coefficient of friction that limits it.
     pub(crate) fn alone(&self, y: &[[f64; SIX]]) -> ([f64; 3], f64, f64) {
         let now = self.rows.map(|r| r.impulse);
         let (mut u, [a, d]) = (self.velocities(y), self.tangent);
         let press = (now[0] - (u[0] - self.target) / self.normal).max(0.0);
         let change = (press - now[0]).abs() * self.normal;
-        // One stiffness along the whole surface, at least the greatest: with the matrix of both directions
-        // friction would not be against the slide where they answer differently.
+        // One stiffness for the whole surface, at least the maximum. With the matrix of both
+        // directions, friction would not oppose the slip where their responses differ.
         let k = a + d;
         if !(k > 0.0) {
             return ([press, now[1], now[2]], change, 0.0);

@@ -1,25 +1,25 @@
-//! A symmetric positive definite matrix over bodies, six rows each, of which only what lies between the first
-//! entry of a row and the diagonal is kept; Cholesky's factors fill no more than that.
+//! A symmetric positive definite matrix over bodies, with six rows for each. A row is stored from
+//! its first nonzero entry to the diagonal; Cholesky factors fill no more than that.
 
 use crate::base::double::lesser;
 
 /// Rows of a body.
 pub(crate) const SIX: usize = 6;
 
-/// Multiplications of a factorization beyond which it is not made: a fifth of a second.
+/// Maximum multiplications of a factorization: a fifth of a second.
 const MOST_WORK: f64 = 2.0e8;
 
 /// The matrix and its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skyline {
-    /// Place of each body in the order of rows.
+    /// Position of each body in the order of rows.
     place: Vec<u32>,
-    /// First column of each row, and where that lies in `values`.
+    /// First column of each row, and its index in `values`.
     first: Vec<usize>,
     start: Vec<usize>,
     values: Vec<f64>,
     edges: Vec<(u32, u32)>,
-    /// First edge of each body, and what the search has reached.
+    /// First edge of each body, and the state of the search.
     from: Vec<usize>,
     queue: Vec<u32>,
     seen: Vec<bool>,
@@ -29,7 +29,8 @@ pub(crate) struct Skyline {
 }
 
 impl Skyline {
-    /// Takes the couplings between `n` bodies. False if it would be too much work to factorize.
+    /// Builds the profile from the couplings between `n` bodies. False if factorizing would be too
+    /// expensive.
     pub(crate) fn shape(&mut self, n: usize, couplings: impl Iterator<Item = (u32, u32)>) -> bool {
         self.edges.clear();
         for (a, b) in couplings {
@@ -79,8 +80,8 @@ impl Skyline {
         self.work
     }
 
-    /// Bodies from the outside to the middle, so that neighbors get near each other: Cuthill and McKee's order,
-    /// reversed.
+    /// Orders bodies from the outside to the middle, so that neighbors are close to each other:
+    /// reverse Cuthill-McKee order.
     fn order_bodies(&mut self, n: usize) {
         let Self { edges, from, queue, seen, by_degree, place, .. } = self;
         let degree = |b: u32| from[b as usize + 1] - from[b as usize];
@@ -116,7 +117,7 @@ impl Skyline {
         }
     }
 
-    /// Makes it the identity.
+    /// Sets it to the identity.
     pub(crate) fn reset(&mut self) {
         self.values.fill(0.0);
         for (row, start) in self.start.iter().enumerate() {
@@ -124,8 +125,8 @@ impl Skyline {
         }
     }
 
-    /// Adds `weight` times the outer product of a row that is `g` on each of these bodies; what has no number
-    /// takes no part.
+    /// Adds `weight` times the outer product of a row that is `g` on these bodies; a body out of
+    /// range is skipped.
     pub(crate) fn add(&mut self, weight: f64, bodies: [u32; 2], g: &[[f64; SIX]; 2]) {
         for (i, of) in bodies.iter().enumerate() {
             for (j, by) in bodies.iter().enumerate() {
@@ -149,8 +150,8 @@ impl Skyline {
         }
     }
 
-    /// Factorizes and solves: `x`, six numbers a body, is the right side and becomes the solution. False if a
-    /// pivot is not positive.
+    /// Factorizes and solves: `x`, six numbers for each body, is the right side and becomes the
+    /// solution. False if a pivot is not positive.
     pub(crate) fn solve(&mut self, x: &mut [[f64; SIX]], flat: &mut Vec<f64>) -> bool {
         let n = self.first.len();
         for i in 0..n {
@@ -192,7 +193,7 @@ impl Skyline {
     }
 }
 
-/// Four sums side by side, always the same four.
+/// Dot product in four partial sums, always in the same order.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (heads_a, heads_b) = (a.chunks_exact(4), b.chunks_exact(4));
@@ -253,7 +254,7 @@ mod tests {
         let x: Vec<f64> = x.into_iter().flatten().collect();
         for (row, wanted) in full.iter().zip(right.iter().flatten()) {
             let got: f64 = row.iter().zip(&x).map(|(a, b)| a * b).sum();
-            // Rounding of 36 products by a condition of some hundred.
+            // Rounding of 36 products times a condition number of some hundred.
             assert!((got - wanted).abs() < 1.0e-12, "{got} {wanted}");
         }
     }

@@ -1,13 +1,15 @@
-//! Load-adaptive inertia: what is squeezed hard answers slowly, so that stacks and heavy loads do not
-//! sink into what carries them.
+//! Load-adaptive inertia: gives bodies under high load a slower response, so that stacks and heavy
+//! loads do not sink into their supports.
 //!
-//! A soft contact under a load N gives by N / (m ω²): in a tall stack the lowest contacts carry a hundred
-//! times what one body weighs, and give a hundred times as much. Shock propagation makes the bodies below
-//! infinitely heavy [Guendelman03]; this is its bounded heir. A body that is squeezed by more than a few
-//! times what it weighs has mass and inertia multiplied by s, 1 to `most`, within the solver, and
-//! forces on it keep their size, so that its acceleration is divided by s. Statics do not
-//! know mass: loads, the limits of friction and of tipping stay exact; only the answer to a change is
-//! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
+//! A soft contact under a load N yields by N / (m ω²). In a tall stack the lowest contacts carry a
+//! hundred times the weight of one body, and yield a hundred times as much. Shock propagation makes
+//! the bodies below infinitely heavy [Guendelman03]; this is a bounded version of it.
+//!
+//! A body under a squeeze of more than a few times its weight has mass and inertia multiplied by s,
+//! 1 to `most`, within the solver. Forces on it keep their size, so its acceleration is divided by
+//! s. Statics do not depend on mass: loads and the limits of friction and tipping stay exact. Only
+//! the response to a change is slower. See docs/decisions/015-load-adaptive-inertia.md for the
+//! effect of each number below.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::integrate;
@@ -19,12 +21,13 @@ use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::Contact;
 use crate::step::solver::lent::Solver;
 
-/// So many contacts ahead of the one that is looked at are asked for from memory.
+/// Prefetch distance, in contacts.
 const PREFETCH: usize = 8;
 
 impl Solver<'_> {
-    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies and of
-    /// contacts' rows, which neither grouping nor the number of workers changes.
+    /// Adjusts the velocities of bodies that grow heavier to the motion of their island. Sums run
+    /// in the order of bodies and of contact rows, so neither grouping nor the number of workers
+    /// changes them.
     pub(crate) fn slow_heavier(&self, number: usize, jobs: &Jobs<'_>) {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let (first, n) = (group.lines.start, group.lines.len());
@@ -39,11 +42,12 @@ impl Solver<'_> {
                 heavier: self.squeezes.read(first + k).factor > body.inertia_factor,
             }
         };
-        // Bodies are far from each other. One worker would gain nothing by a copy of what is summed up of them.
+        // Bodies are far apart in memory, so several workers read them into a copy first. A single
+        // worker would gain nothing by it.
         let copies = jobs.workers() > 1;
         if copies {
             frames.members.resize(n, MemberMotion::default());
-            // SAFETY: each member is of one part.
+            // SAFETY: each member belongs to one part.
             let members = Rows::new(&mut frames.members, unsafe { Apart::promise() });
             for_shares(jobs, n, 64, |part| part.for_each(|k| *members.row(k) = read(k)));
         }
@@ -65,7 +69,7 @@ impl Solver<'_> {
             }
         }
         frames.supports = supports;
-        // Joints are far away: they are asked only where no contact carries the island.
+        // Joints are far away in memory: read them only where no contact carries the island.
         let members = if frames.frames.iter().all(|frame| frame.held) { 0 } else { n };
         for k in 0..members {
             let island = member(frames, k).island;
@@ -94,18 +98,18 @@ impl Solver<'_> {
         self.put_line(i, body, factor, start, integrate::gyration(self.ctx, body, start));
     }
 
-    /// True for a joint to what cannot be pushed.
+    /// True for a joint to a body that cannot be pushed.
     fn is_to_fixed(&self, joint: u32) -> bool {
         let free = |row: u32| self.bodies.at(row).is_dynamic();
         let joint = self.joint_slots.read(joint as usize).as_ref();
         joint.is_some_and(|j| !free(j.body_a) || !free(j.body_b))
     }
 
-    /// Enters the motion of the fixed side of a contact in its island's frame.
+    /// Adds the motion of the fixed side of a contact to its island's frame.
     fn add_support(&self, c: &Contact, frames: &mut Frames) {
         let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
-            // A body that was put aside may still be named by a contact.
+            // A contact may still name a body that was deactivated.
             [0, 0] => return,
             [0, _] => (a, b.island),
             _ => (b, a.island),

@@ -1,5 +1,5 @@
-//! Bodies in the solver: whitening at the step's start, forces and the carried warm start before each
-//! sweep, positions after it, and free rotation.
+//! Integrates bodies in the solver: whitening at the step's start, forces and the carried warm
+//! start before each sweep, positions after it, and free rotation.
 
 use fearless_simd::Simd;
 
@@ -18,8 +18,8 @@ use crate::step::gyration::Spin;
 use crate::step::gyration::lanes::turned_eight;
 use crate::step::solver_body::{SolverBody, Velocity, Whitening, four, three, whitened};
 
-/// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
-/// moment of 0 is an axis that cannot turn: 0 in both.
+/// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world].
+/// A moment of 0 is an axis that cannot turn: 0 in both.
 pub(crate) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
     if body.locks.angular != [false; 3] {
         let rotation = rotation * body.principal;
@@ -28,7 +28,7 @@ pub(crate) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
     let m = body.moments;
     let each = |r: f32| if r > 0.0 { 1.0 / r } else { 0.0 };
     if m.min_element() >= m.max_element() {
-        // A ball's inertia, and a cube's, is the same about every axis.
+        // The inertia of a ball or a cube is the same about every axis.
         let round = |r: f32| Sym3::diagonal(vec3(r, r, r));
         let root = m.x.sqrt();
         return (round(each(root)), round(root));
@@ -39,7 +39,8 @@ pub(crate) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
     (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
 }
 
-/// As [`roots_of_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
+/// One root of [`roots_of_inertia`] with locked world axes, from the eigenvectors of the restricted
+/// inertia.
 fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
     let mut inertia = Sym3::rotated_diagonal(rotation, body.moments);
     let [x, y, z] = body.locks.angular;
@@ -80,8 +81,9 @@ pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
     ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
 }
 
-/// A dynamic body as a line, from this motion on: with `factor` times its inertia under the same forces, and what
-/// free rotation adds to its angular velocity.
+/// Makes the solver body of a dynamic body from the motion `start`. It has `factor` times the
+/// inertia under the same forces; `gyration` is the change of its angular velocity by free
+/// rotation.
 #[inline(always)]
 pub(crate) fn whiten(
     ctx: &StepContext,
@@ -117,12 +119,13 @@ pub(crate) fn whiten(
     (line, Whitening::new(alpha, &s), aux, acc)
 }
 
-/// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns [rad/s].
+/// Change of angular velocity in a whole step by free rotation alone: L is constant, the inertia
+/// turns [rad/s].
 pub(crate) fn gyration(ctx: &StepContext, body: &Body, start: &BodyState) -> Vec3 {
     gyrations(ctx, [(body, start)])[0]
 }
 
-/// The same of up to eight bodies.
+/// [`gyration`] of up to eight bodies.
 pub(crate) fn gyrations<'a>(
     ctx: &StepContext,
     bodies: impl IntoIterator<Item = (&'a Body, &'a BodyState)>,
@@ -149,8 +152,9 @@ fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
     !(round || slow || m.min_element() <= 0.0 || body.locks.angular != [false; 3])
 }
 
-/// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
-/// last substep, `v - before`, is done again. (In the first they are there already.)
+/// Adds forces and, in all substeps but the first, the warm start: the velocity change `v - before`
+/// by the body's impulses in the last substep. (In the first substep, preparing the rows has added
+/// it.)
 #[inline(always)]
 pub(crate) fn velocities(line: &mut SolverBody, aux: &mut Aux, first: bool) {
     for i in 0..4 {
@@ -164,7 +168,7 @@ pub(crate) fn velocities(line: &mut SolverBody, aux: &mut Aux, first: bool) {
     }
 }
 
-/// The velocities of eight bodies when the substep began.
+/// Gathers the velocities of eight bodies at the start of the substep.
 #[inline(always)]
 pub(crate) fn load_start<S: Simd>(
     simd: S,
@@ -178,7 +182,7 @@ pub(crate) fn load_start<S: Simd>(
     Velocity { v: Vec3w::of_rows(simd, &v), w: Vec3w::of_rows(simd, &w) }
 }
 
-/// Positions follow velocities for one substep.
+/// Advances positions by one substep.
 #[inline(always)]
 pub(crate) fn positions(line: &mut SolverBody, h: f32) {
     for i in 0..4 {
@@ -187,7 +191,7 @@ pub(crate) fn positions(line: &mut SolverBody, h: f32) {
     }
 }
 
-/// Writes a line back into its body.
+/// Writes the result of a solver body to its body.
 #[inline(always)]
 pub(crate) fn unwhiten(
     ctx: &StepContext,
@@ -209,8 +213,9 @@ pub(crate) fn unwhiten(
     }
 }
 
-/// Impacts were right by the inertia of the step's start. What a body that turned since then has of
-/// energy beyond what they left it is taken from its angular velocity.
+/// Limits the rotational energy of a body that turned after an impact. Impacts use the inertia of
+/// the step's start; the angular velocity is scaled so that the energy does not exceed the energy
+/// after them.
 fn keep_turning_energy(body: &mut Body, factor: f32, w: Vec3) {
     let local = (body.rotation * body.principal).unrotate(body.w);
     let energy = local.dot(vec3(
@@ -218,21 +223,21 @@ fn keep_turning_energy(body: &mut Body, factor: f32, w: Vec3) {
         local.y * body.moments.y,
         local.z * body.moments.z,
     ));
-    // Of a body that is heavier in this step, that of its own inertia.
+    // A body with a load-adaptive factor has this energy by its true inertia.
     let left = w.length_squared() / factor;
     if energy > left {
         body.w *= (left / energy).sqrt();
     }
 }
 
-/// A change of velocity in a step that would move a body by more than this part of its size in the next
-/// one is a blow: 18 times gravity for a meter of size.
+/// Impact threshold: a change of velocity in a step that would move a body by more than this part
+/// of its size in the next one. For a size of one meter it is 18 times gravity.
 const JOLT: f32 = 0.1;
 
-/// Takes down how a body was squeezed, whose velocity was `before` when the step began.
+/// Records the squeeze of a body; `before` is its velocity at the step's start.
 pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, before: Vec3, body: &mut Body) {
-    // What an impact sends off does not rest: with a mass that is not its own it would hit others with
-    // energy that it does not have.
+    // A body that an impact sets moving is not at rest. With an increased mass it would hit others
+    // with energy that it does not have.
     if (body.v - before).length() * ctx.dt > JOLT * body.extent {
         (body.inertia_factor, body.load) = (1.0, 0.0);
         body.fineness = match squeeze.fineness {

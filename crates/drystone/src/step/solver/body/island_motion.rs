@@ -1,9 +1,9 @@
-//! Mean motion of islands and of the supports of bodies.
+//! Computes the mean motion of islands and of the supports of bodies.
 
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 
-/// A weighted mean of velocities and angular velocities.
+/// Weighted mean of velocities and angular velocities.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Motion {
     weight: f64,
@@ -31,22 +31,22 @@ impl Motion {
     }
 }
 
-/// How an island moves: the mean of its bodies by mass, and that of what it stands on, by load.
+/// Motion of an island: the mean of its bodies by mass, and the mean of its supports by load.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Frame {
     pub(crate) island: Motion,
     pub(crate) support: Motion,
-    /// Something that cannot be pushed carries or holds it. An island in free flight has no load that lasts,
-    /// and with masses that are not their own its bodies would make momentum as they meet: in 60 s of 200
-    /// bodies in zero gravity 3e-4 of it.
+    /// A body that cannot be pushed carries or holds the island. An island in free flight has no
+    /// lasting load. With increased masses its bodies would create momentum when they meet: 3e-4 of
+    /// it in 60 s of 200 bodies in zero gravity.
     pub(crate) held: bool,
 }
 
 impl Frame {
-    /// Velocities of a body whose factor rises: it keeps its momentum as it becomes heavier, against the
-    /// motion of its island or of what that stands on, whichever is nearer to its own. Against one
-    /// frame only, it would not do: a tower that sways is pulled along by its mean motion, and a
-    /// stack on a cart braked by the ground.
+    /// Velocities of a body whose factor rises. It keeps its momentum while it becomes heavier,
+    /// relative to the motion of its island or of the island's support, whichever is nearer to its
+    /// own. One frame alone is not enough: the mean motion would pull a swaying tower along, and
+    /// the ground would brake a stack on a cart.
     pub(crate) fn slowed(&self, body: &Body, factor: f32) -> (Vec3, Vec3) {
         let part = 1.0 - body.inertia_factor / factor;
         let (mut v, mut w) = (Vec3::ZERO, Vec3::ZERO);
@@ -64,31 +64,31 @@ impl Frame {
     }
 }
 
-/// What of a body counts for the motion of its island.
+/// A body's contribution to the motion of its island.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MemberMotion {
     pub(crate) island: u32,
     pub(crate) mass: f32,
     pub(crate) v: Vec3,
     pub(crate) w: Vec3,
-    /// It grows heavier in this step.
+    /// The body grows heavier in this step.
     pub(crate) heavier: bool,
 }
 
-/// How the islands of a group move, in a step in which one of their bodies grows heavier.
+/// Motion of the islands of a group, in a step in which one of their bodies grows heavier.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Frames {
-    /// Of each line, where several workers make them.
+    /// One for each solver body, if several workers fill them.
     pub(crate) members: Vec<MemberMotion>,
-    /// In order.
+    /// Sorted.
     islands: Vec<u32>,
     pub(crate) frames: Vec<Frame>,
-    /// Rows of the contacts with what cannot be pushed, in order.
+    /// Rows of the contacts with bodies that cannot be pushed, sorted.
     pub(crate) supports: Vec<u32>,
 }
 
 impl Frames {
-    /// Sums up how the islands of so many members move.
+    /// Sums the motion of the islands of `n` members.
     pub(crate) fn begin(&mut self, n: usize, member: impl Fn(&Self, usize) -> MemberMotion) {
         self.islands.clear();
         for k in 0..n {

@@ -1,4 +1,4 @@
-//! Bodies in the solver: whitened rows, their preparation and integration.
+//! Solver bodies: whitened rows, their preparation and integration.
 
 pub(crate) mod grow_heavier;
 pub(crate) mod integrate;

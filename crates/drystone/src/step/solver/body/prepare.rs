@@ -1,7 +1,7 @@
-//! Bodies become lines of the solver when a group begins.
+//! Makes the solver bodies of a group when it begins.
 //!
-//! Reads: bodies, the plan. Writes: the group's lines, with their whitening, forces and squeezes. Runs: parallel over
-//! lines.
+//! Reads: bodies, the plan. Writes: the group's solver bodies, with their whitening, forces and
+//! squeezes. Runs: parallel over solver bodies.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -31,7 +31,8 @@ impl Solver<'_> {
                 let bodies = rows.iter().map(|row| self.bodies.at(*row));
                 let gyrations = integrate::gyrations(self.ctx, bodies.clone().zip(&starts));
                 for (lane, body) in bodies.enumerate() {
-                    // What no contact squeezes is as heavy as it is.
+                    // A group in rounds has no contacts, and without load a body keeps its own
+                    // mass.
                     let factor =
                         if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
                     any[0] |= factor > body.inertia_factor;
@@ -65,7 +66,7 @@ impl Solver<'_> {
         aux.is_locked()
     }
 
-    /// Locked translations are taken out again: a projection after every pass.
+    /// Removes locked translations: a projection after every pass.
     pub(crate) fn hold_locked(&self, group: &Group) {
         for i in group.lines.clone() {
             self.aux.read(i).hold_locked(self.lines.row(i));

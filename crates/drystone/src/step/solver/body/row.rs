@@ -5,10 +5,10 @@ use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::step::solver_body::{SolverBody, Whitening, four};
 
-/// Turning by more than this in a step is far [rad].
+/// Rotation in a step above which a body turns far [rad].
 pub(crate) const FAR_TURN: f32 = 0.25;
 
-/// What a line needs between sweeps.
+/// Data of a solver body between sweeps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Aux {
     /// Whitened velocity after forces and before any impulse of this substep.
@@ -20,17 +20,17 @@ pub(crate) struct Aux {
     pub(crate) decay_v: f32,
     pub(crate) decay_w: f32,
     pub(crate) locked: [bool; 3],
-    /// An impact may change its velocity in this step, so what free rotation would do to that from its
-    /// start is not known: nothing of it is left in `add_w`.
+    /// An impact may change the velocity in this step, so free rotation cannot be computed from the
+    /// step's start: `add_w` contains none of it.
     pub(crate) calm: bool,
-    /// The line holds the body at the step's end: velocity, angular velocity (`before_w` what rounding took
-    /// from it), center, rotation.
+    /// The solver body holds the body at the step's end: velocity, angular velocity (`before_w`:
+    /// the rounding error removed from it), center, rotation.
     pub(crate) ended: bool,
-    /// How fast overlaps that are parted move the body in this step [m/s].
+    /// Speed at which overlap correction moves the body in this step [m/s].
     pub(crate) parting: f32,
 }
 
-/// A line's velocity with the carried impulses, and before them.
+/// Velocity of a solver body with the carried impulses, and before them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
     v: [[f32; 4]; 2],
@@ -38,14 +38,14 @@ pub(crate) struct Carried {
 }
 
 impl Aux {
-    /// Takes the impulses that are carried from the last substep out of a line's velocity.
+    /// Removes the impulses carried from the last substep from the solver body's velocity.
     pub(crate) fn lift(&self, line: &mut SolverBody) -> Carried {
         let carried = Carried { v: [line.v, self.before_v], w: [line.w, self.before_w] };
         (line.v, line.w) = (self.before_v, self.before_w);
         carried
     }
 
-    /// Puts them back: exactly what was there if nothing struck the line.
+    /// Restores them: exactly the former velocity if no impact changed it.
     pub(crate) fn put_back(&self, line: &mut SolverBody, carried: &Carried) {
         let Carried { v: [v, before_v], w: [w, before_w] } = carried;
         for i in 0..4 {
@@ -54,7 +54,7 @@ impl Aux {
         }
     }
 
-    /// Leaves free rotation out of the rest of the step, of a body that turns far in it.
+    /// Leaves out free rotation for the rest of the step, for a body that turns far in it.
     pub(crate) fn calm(&mut self, whitening: &Whitening, body: &Body, dt: f32, h: f32) {
         self.calm = true;
         if body.w.length_squared() * (dt * dt) > FAR_TURN * FAR_TURN {
@@ -62,17 +62,18 @@ impl Aux {
         }
     }
 
-    /// What turns on its own has no part of free rotation in its velocity: a torque [N m, world] alone changes that.
+    /// Sets the angular acceleration of a body that is rotated separately: only torque [N m,
+    /// world], no free rotation.
     pub(crate) fn turn_by_torque(&mut self, whitening: &Whitening, body: &Body, h: f32) {
         self.add_w = four(whitening.s().mul(body.torque + body.step_torque) * h);
     }
 
-    /// The line carries no impulses to the next substep.
+    /// Clears the impulses that the next substep would repeat.
     pub(crate) fn start_anew(&mut self, line: &SolverBody) {
         (self.before_v, self.before_w) = (line.v, line.w);
     }
 
-    /// Takes impulses, times their scales, out of what is carried to the next substep.
+    /// Removes impulses, times their scales, from those carried to the next substep.
     #[inline]
     pub(crate) fn begin_later(&mut self, v: &[f32; 4], scale_v: f32, w: &[f32; 4], scale_w: f32) {
         for i in 0..4 {
@@ -81,7 +82,8 @@ impl Aux {
         }
     }
 
-    /// Puts the end of the step of a body in its line, and what rounding took from its angular velocity.
+    /// Stores the body's state at the step's end in its solver body, and the rounding error of its
+    /// angular velocity.
     pub(crate) fn put_end(&mut self, line: &mut SolverBody, end: &BodyState, w_rest: Vec3) {
         (line.v, line.w) = (four(end.v), four(end.w));
         (line.x, line.t) = (four(end.center), end.rotation.to_array());
@@ -107,7 +109,7 @@ impl Aux {
         start
     }
 
-    /// Notes how fast overlaps that are parted move the body [m/s].
+    /// Records the speed at which overlap correction moves the body [m/s].
     pub(crate) const fn parts_at(&mut self, speed: f32) {
         self.parting = speed;
     }
@@ -117,7 +119,7 @@ impl Aux {
         self.parting
     }
 
-    /// The square of what forces add to the whitened velocity in a substep.
+    /// Square of the whitened velocity that forces add in a substep.
     pub(crate) const fn kick(&self) -> f32 {
         let [x, y, z, _] = self.add_v;
         x * x + y * y + z * z
@@ -128,7 +130,7 @@ impl Aux {
         self.locked != [false; 3]
     }
 
-    /// An impact on the line; no impulse that the next substep repeats.
+    /// Applies an impact, whose impulse the next substep does not repeat.
     #[inline]
     pub(crate) fn strike(&mut self, line: &mut SolverBody, dv: Vec3, dw: Vec3) {
         let (dv, dw) = (four(dv), four(dw));
@@ -140,8 +142,8 @@ impl Aux {
         }
     }
 
-    /// True if nothing but forces and damping moved the body's center in `substeps` substeps of `h`. (Every
-    /// impulse of a row does.)
+    /// True if only forces and damping moved the body's center in `substeps` substeps of `h`.
+    /// (Every impulse of a row moves it.)
     pub(crate) fn flew(&self, line: &SolverBody, start: [f32; 4], substeps: u32, h: f32) -> bool {
         let (mut v, mut x) = (start, [0.0; 4]);
         for _ in 0..substeps {
@@ -153,7 +155,7 @@ impl Aux {
         (0..4).all(|i| same(v[i], line.v[i]) && same(x[i], line.x[i]))
     }
 
-    /// Takes locked translations out.
+    /// Removes locked translations.
     pub(crate) fn hold_locked(&self, line: &mut SolverBody) {
         for i in 0..3 {
             if self.locked[i] {
@@ -163,7 +165,7 @@ impl Aux {
     }
 }
 
-/// The same number: what two equal computations give.
+/// Exact equality, to compare the results of two equal computations.
 #[expect(clippy::float_cmp, reason = "whether anything at all was added")]
 pub(crate) fn same(a: f32, b: f32) -> bool {
     a == b

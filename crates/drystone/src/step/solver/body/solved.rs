@@ -1,10 +1,11 @@
-//! Solver bodies at the end of a step: how bodies moved, for `finalize`.
+//! Solver bodies at the end of a step: the motion of bodies, for `finalize`.
 
 use super::row::Aux;
 use super::squeeze::Squeeze;
 use crate::step::solver_body::{SolverBody, Whitening};
 
-/// Solver bodies of a step, from the default methods and the classic ones alike. The first one stands for all that cannot be pushed.
+/// Solver bodies of a step, from the default methods and the classic ones alike. The first one
+/// stands for all bodies that cannot be pushed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Solved {
     /// Solver body of each row of the table of bodies; 0: none.
@@ -13,18 +14,18 @@ pub(crate) struct Solved {
     pub(crate) whitening: Vec<Whitening>,
     pub(crate) aux: Vec<Aux>,
     pub(crate) squeezes: Vec<Squeeze>,
-    /// Whether nothing pushed a line in this step, where that is known; or empty: see [`Self::flew`].
+    /// Whether the solver body flew freely in this step, where known; or empty: see [`Self::flew`].
     pub(crate) free: Vec<Option<bool>>,
 }
 
 impl Solved {
-    /// True if nothing pushed the body of this line though something was near that it can bounce off: it
-    /// flew, and must keep its energy.
+    /// True if nothing pushed this solver body although a surface with restitution was near. The
+    /// body flew and must keep its energy.
     pub(crate) fn flew(&self, line: usize) -> bool {
         matches!(self.free.get(line), Some(Some(true)))
     }
 
-    /// How fast overlaps that are parted move the body of a row [m/s].
+    /// Speed at which overlap correction moves the body of a row [m/s].
     pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
         let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
         self.aux.get(line).map_or(0.0, Aux::parting)

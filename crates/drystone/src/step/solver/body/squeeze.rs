@@ -1,15 +1,15 @@
-//! Load that a body bears, summed over its contacts.
+//! Sums the load on a body over its contacts.
 
 use crate::state::bodies::Fineness;
 
-/// How a body of the solver is squeezed.
+/// Load on a solver body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Squeeze {
-    /// What its mass and inertia are multiplied by in this step.
+    /// Factor on its mass and inertia in this step.
     pub(crate) factor: f32,
-    /// In what parts its island takes the substeps.
+    /// Refinement of its island.
     pub(crate) fineness: Fineness,
-    /// The normal impulses on it in the last substep: their vector sum, and the sum of their sizes
+    /// Normal impulses on it in the last substep: their vector sum, and the sum of their magnitudes
     /// [N s].
     pub(crate) impulse: [f32; 4],
 }
@@ -21,8 +21,9 @@ impl Default for Squeeze {
 }
 
 impl Squeeze {
-    /// What presses the body from both sides [N s]: half of what its impulses are more than their sum. A
-    /// body that is hit, or rests alone, is not squeezed.
+    /// Impulse that presses the body from both sides [N s]: half the excess of the sum of
+    /// magnitudes over the magnitude of the sum. It is 0 for a body that is hit or that nothing
+    /// else rests on.
     pub(crate) fn pressure(&self) -> f32 {
         let [x, y, z, all] = self.impulse;
         (0.5 * (all - (x * x + y * y + z * z).sqrt())).max(0.0)

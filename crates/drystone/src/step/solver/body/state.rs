@@ -5,7 +5,7 @@ use crate::base::quat::Quat;
 use crate::state::bodies::Body;
 use crate::step::solver_body::{SolverBody, Whitening, three, unwhitened};
 
-/// Where a body is, and how it moves [m, m/s, rad/s; world].
+/// Pose and velocities of a body [m, m/s, rad/s; world].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BodyState {
     pub(crate) center: Vec3,
@@ -19,7 +19,7 @@ impl BodyState {
         Self { center: body.center, rotation: body.rotation, v: body.v, w: body.w }
     }
 
-    /// Where it is after a time [s] in which nothing changes its velocities.
+    /// State after a time [s] at constant velocities.
     pub(crate) fn drifted(&self, time: f32) -> Self {
         Self {
             center: self.center + self.v * time,
@@ -28,7 +28,7 @@ impl BodyState {
         }
     }
 
-    /// What a line that was begun here made of it.
+    /// State after the motion of a solver body that began in this state.
     #[inline(always)]
     pub(crate) fn after(&self, line: &SolverBody, whitening: &Whitening) -> Self {
         let (alpha, s) = (whitening.alpha(), whitening.s());

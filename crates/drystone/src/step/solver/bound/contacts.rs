@@ -1,4 +1,4 @@
-//! What contacts can do: overlaps that close, springs that give back, surfaces that are carried.
+//! Bounds the work of contacts: closing overlaps, springs that return energy, moving surfaces.
 
 use super::{speed_of, speeds};
 use crate::base::simd::wide::{LANES, Lanes, at};
@@ -9,7 +9,7 @@ use crate::step::solver::work::Bound;
 use crate::step::solver_body::three;
 
 impl Solver<'_> {
-    /// Speed of a contact's point along the normal before this substep's impulses, and in the mean.
+    /// Speed of a contact's point along the normal before this substep's impulses, and the mean.
     fn point_speeds(
         &self,
         block: &ContactBlock,

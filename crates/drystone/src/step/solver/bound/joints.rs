@@ -1,4 +1,4 @@
-//! Energy that joints can add: gaps that close, drives, springs.
+//! Bounds the work of joints: closing gaps, drives, springs.
 
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::simd::wide::{LANES, at};
@@ -14,7 +14,7 @@ use crate::step::solver::plan::joint_class::DISTANCE;
 use crate::step::solver::vec6::shift;
 use crate::step::solver::work::Bound;
 
-/// The same of an axis of joints.
+/// Speed at which a gap of a joint axis closes.
 pub(super) fn closing_speed(gap: f64, rate: f32, caps: &Caps, axis: usize) -> f64 {
     speed_of(gap, rate, (caps, caps.push(axis), axis))
 }
@@ -109,7 +109,7 @@ impl Solver<'_> {
     }
 }
 
-/// Speeds by kinematic bodies, of motions and turns.
+/// Speeds that kinematic bodies cause, of translation and of rotation.
 pub(super) fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
     let [spin_a, spin_b] = [&block.spin_a, &block.spin_b].map(|spin| vector(spin, lane));
     let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
@@ -117,7 +117,8 @@ pub(super) fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
     (own.length(), (spin_b - spin_a).length())
 }
 
-/// What drives, springs and locks of a joint of six axes can do. `locks`: and those of its locked axes.
+/// Adds the possible work of the drives, springs and limits of a six-axis joint; with `locks` also
+/// of its locked axes.
 pub(super) fn ask_six(
     (block, lane): (&SixBlock, usize),
     [a, b]: [Side; 2],
@@ -158,10 +159,11 @@ pub(super) fn ask_six(
             }
         });
         let laws = &block.axes[axis];
-        // A motor or damper brings an axis to its speed and no farther.
+        // A motor or damper accelerates an axis up to its speed and no farther.
         bound.drive(held, lesser(speeds[1], f64::from(laws.drive.speed[lane].abs())));
         let inv_h = f64::from(sweep.inv_h);
-        // The locked axes of a joint make one of what its bodies have on their arms, those of a tree all of it.
+        // Through the locked axes of a joint its two bodies act as one at their lever arms; in a
+        // tree, the whole tree does.
         let most = match (locks, kind) {
             (true, 0) => 1.0 / (1.0 / a.mass + 1.0 / b.mass),
             (true, _) => lesser(a.inertia_at(ra + gap), b.inertia_at(rb)),

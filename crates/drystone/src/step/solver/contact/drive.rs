@@ -1,4 +1,5 @@
-//! Passes over the blocks of contacts: filled, swept, and summed where somebody asks.
+//! Runs the passes over contact blocks: fills, sweeps and stores them, and sums impulses where
+//! needed.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
@@ -15,7 +16,7 @@ use crate::step::solver::plan::joint_class::TURNING;
 use crate::step::solver_body;
 
 impl Solver<'_> {
-    /// Notes the lines that nothing pushed, of bodies near something they can bounce off.
+    /// Records the solver bodies that nothing pushed, among those near a surface with restitution.
     pub(crate) fn find_free(&self, group: &Group) {
         for i in self.plan.contacts.blocks_of(&group.contacts) {
             let (block, extra) = (self.blocks.read(i), self.extras.read(i));
@@ -40,7 +41,7 @@ impl Solver<'_> {
 }
 
 impl Solver<'_> {
-    /// What blocks are filled from.
+    /// The tables from which blocks are filled.
     pub(crate) fn pack_source<'s>(&'s self, ctx: &'s StepContext) -> raw::Source<'s> {
         raw::Source {
             ctx,
@@ -58,7 +59,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Fills the blocks; true if something bounces or gets a blow in this step.
+    /// Fills the blocks; true if some contact bounces or gets an impact in this step.
     pub(crate) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
         let source = self.pack_source(self.ctx);
         let arrives = AtomicBool::new(false);
@@ -88,8 +89,8 @@ impl Solver<'_> {
         arrives.into_inner()
     }
 
-    /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of
-    /// them.
+    /// Prefetches the parts of a block's contacts that the solver reads and writes, if there is
+    /// such a block.
     #[inline(always)]
     pub(crate) fn prefetch_contacts(&self, block: usize) {
         let Some(owners) = self.plan.contacts.owners.get(block) else { return };
@@ -100,7 +101,7 @@ impl Solver<'_> {
         }
     }
 
-    /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
+    /// `sweeps`: for contacts of two bodies, and for contacts with fixed bodies.
     pub(crate) fn sweep_contacts(
         &self,
         group: &Group,

@@ -1,7 +1,7 @@
-//! The contact kernel: eight contacts at a time.
+//! The contact kernel: solves eight contacts at a time.
 //!
-//! Symbols: n normal, t1 t2 tangents, a b rows of bodies A and B, α β their 1/√m, s separation,
-//! u relative normal speed, λ impulse, K_ij = response of row i to an impulse on row j. See
+//! Symbols: n normal, t1 t2 tangents, a b rows of bodies A and B, α β their 1/√m, s separation, u
+//! relative normal speed, λ impulse, K_ij = response of row i to an impulse on row j. See
 //! docs/derivations/soft-step.md.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
@@ -15,8 +15,9 @@ use crate::base::simd::wide::{
 use crate::base::threads::disjoint::{Next, Rows};
 use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity, store_velocity};
 
-/// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
-/// faster than this [m/s], ten times what gravity gives in a substep.
+/// Additional rounds for a contact without a warm start, and for one that is hit. A contact is hit
+/// if its points approach faster than the sweep's `hit` [m/s], ten times the speed that gravity
+/// adds in a substep.
 const EAGER_ROUNDS: u32 = 6;
 
 /// Solves one block once. `FIXED`: only B can be pushed.
@@ -36,16 +37,17 @@ pub(crate) fn solve<S: Simd, const FIXED: bool>(
     }
 }
 
-/// What the points want, as impulses.
+/// Target of each point, as impulses: bias, softness on the accumulated impulse, and limit of the
+/// push-out.
 struct Bias<S: Simd, const N: usize> {
     target: [Wide<S>; N],
     leak: [Wide<S>; N],
     floor: [Wide<S>; N],
 }
 
-/// One Gauss-Seidel round over the points of a manifold, always in the same order. With
-/// z_i = gain_i vn_i the increment of λ is -min(q + z, λ), and the chain from one point to the next four
-/// operations: add, min, multiply, subtract.
+/// Runs one Gauss-Seidel round over the points of a manifold, always in the same order. With z_i =
+/// gain_i vn_i the increment of λ is -min(q + z, λ). The dependency chain from one point to the
+/// next is four operations: add, min, multiply, subtract.
 #[inline(always)]
 fn solve_normals<S: Simd, const N: usize>(
     bias: &Bias<S, N>,
@@ -55,7 +57,7 @@ fn solve_normals<S: Simd, const N: usize>(
     z: &mut [Wide<S>; N],
 ) {
     for j in 0..N {
-        // The cap is on bias and leak together: it limits the net push-out, not the load.
+        // The cap applies to bias and softness together: it limits the net push-out, not the load.
         let q = max(bias.target[j] + bias.leak[j] * lambda[j], bias.floor[j]);
         let mut d = min(q + z[j], lambda[j]);
         if let Some((lanes, zero)) = only {
@@ -68,13 +70,14 @@ fn solve_normals<S: Simd, const N: usize>(
     }
 }
 
-/// How an impact spreads over the points is not known yet to a fresh contact, nor to one that is hit: without more
-/// rounds the first point would take too much of it, and the body would turn. Lane by lane, so that it does not
-/// matter which contacts share a block.
+/// Runs additional rounds for contacts that are fresh or hit, whose distribution of the impact over
+/// the points is still unknown. Without them the first point would take too much of it, and the
+/// body would turn. They run lane by lane, so the result does not depend on which contacts share a
+/// block.
 ///
-/// A point that is not there, of a contact beside ones with more, has no gain: it does not count, nor is a lone point
-/// eager. What had no impulse at `entry` and got none in a round gets none in the next one: most contacts of things
-/// that stand side by side.
+/// A missing point, of a contact beside contacts with more points, has zero gain and does not
+/// count. A lone point gets no additional rounds. A contact without an impulse at `entry` and after
+/// one round gets none in the next: so most contacts between bodies side by side are skipped.
 #[inline(always)]
 fn solve_eagerly<S: Simd, const N: usize>(
     simd: S,
@@ -127,8 +130,8 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     lines: &Rows<'_, SolverBody>,
     sweep: &ContactSweep,
 ) {
-    // The next block is asked for in pieces of two to eight cache lines: as it is needed there, and as many as come
-    // while what stands between two pieces is done.
+    // The next block is prefetched in pieces of two to eight cache lines, in the order of use. Each
+    // piece is as large as can arrive during the work between two pieces.
     let (asked, last) = (5 + 6 * N, ContactBlock::cache_lines(N));
     let half = asked + (last - asked) / 2;
     next.ask(0..5);
@@ -254,7 +257,8 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     }
 }
 
-/// What is parting is stopped, and moved at the step's end: see parting.rs.
+/// Sets the push-out limit of lanes under overlap correction to 0. Their approach is stopped, and
+/// displacement at the step's end parts them: see `contact/part.rs`.
 #[inline(always)]
 fn hold_parting<S: Simd>(simd: S, lanes: u8, floors: &mut [Wide<S>]) {
     if lanes != 0 {
@@ -266,7 +270,8 @@ fn hold_parting<S: Simd>(simd: S, lanes: u8, floors: &mut [Wide<S>]) {
     }
 }
 
-/// Notes which lanes are pressed. Mostly it is known: then the line stays as it is in the cache.
+/// Records the lanes that are pressed. Usually nothing changes, and skipping the write keeps the
+/// cache line clean.
 #[inline(always)]
 fn note_pressed<S: Simd>(block: &mut ContactBlock, lanes: mask32x8<S>) {
     let pressed = block.pressed | lanes_of(lanes);
@@ -275,9 +280,10 @@ fn note_pressed<S: Simd>(block: &mut ContactBlock, lanes: mask32x8<S>) {
     }
 }
 
-/// Of contacts that are springs of their own, what a point wants that is at the separation `s`: nothing before the surfaces meet,
-/// so that what lands keeps its speed and is stopped by the spring; nothing else in a relax sweep, which would take from the spring
-/// what it gives back.
+/// Sets the bias of point `j` for contacts with their own spring softness, at the separation `s`.
+/// Before the surfaces meet there is no force, so a landing body keeps its speed until the spring
+/// stops it. A relax sweep changes nothing, because it would remove the velocity that the spring
+/// returns.
 #[inline(always)]
 fn soften<S: Simd, const N: usize>(
     simd: S,
@@ -302,14 +308,14 @@ fn soften<S: Simd, const N: usize>(
         mass * select(apart, s * splat(simd, sweep.inv_h), load(simd, &extra.soft_rate) * s);
     let leak = select(apart, zero, load(simd, &extra.soft_impulse));
     let answer = select(apart, mass, mass * soft_mass);
-    // A spring pushes as hard as it is pressed.
+    // A spring's push is not limited.
     bias.floor[j] = select(is_soft, splat(simd, f32::MIN), bias.floor[j]);
     bias.target[j] = select(is_soft, target, bias.target[j]);
     bias.leak[j] = select(is_soft, leak, bias.leak[j]);
     gain[j] = select(is_soft, answer, gain[j]);
 }
 
-/// A bit for each lane.
+/// Converts a mask to one bit for each lane.
 #[inline(always)]
 fn lanes_of<S: Simd>(mask: mask32x8<S>) -> u8 {
     #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
@@ -317,7 +323,7 @@ fn lanes_of<S: Simd>(mask: mask32x8<S>) -> u8 {
     lanes
 }
 
-/// The sum of one, two or four vectors, in pairs: a short chain.
+/// Sums one, two or four vectors in pairs, for a short dependency chain.
 #[inline(always)]
 fn sum<S: Simd, const N: usize>(v: [Vec3w<S>; N]) -> Vec3w<S> {
     match N {
@@ -327,11 +333,12 @@ fn sum<S: Simd, const N: usize>(v: [Vec3w<S>; N]) -> Vec3w<S> {
     }
 }
 
-/// Friction along both tangents and twist about the normal, at the middle of the manifold; adds the
-/// linear part of the normal impulses `pushed` too, which does not touch these rows.
+/// Solves friction along both tangents and twist about the normal, at the middle of the manifold.
+/// Also applies the linear part of the normal impulses, `pushed`, which does not affect these rows.
 ///
-/// The twist row is measured at the contact's reach, so that its impulse has friction's limit, and the
-/// three impulses together lie in a ball: the ellipsoidal limit surface (docs/derivations/friction.md).
+/// The twist row is measured at the contact's reach, so its impulse has friction's limit, and the
+/// three impulses together lie in a ball: the ellipsoidal limit surface
+/// (docs/derivations/friction.md).
 #[inline(always)]
 fn rub<S: Simd, const FIXED: bool>(
     simd: S,
@@ -377,13 +384,14 @@ fn rub<S: Simd, const FIXED: bool>(
     let f1 = load(simd, &block.friction[0]);
     let f2 = load(simd, &block.friction[1]);
     let f3 = load(simd, &block.friction[2]);
-    // What would stop all three at once.
+    // Impulses that stop all three rows at once.
     let mut g1 = f1 - (m11 * s1 + m12 * s2 + m13 * s3);
     let mut g2 = f2 - (m12 * s1 + m22 * s2 + m23 * s3);
     let mut g3 = f3 - (m13 * s1 + m23 * s2 + m33 * s3);
     let slides = above(g1 * g1 + g2 * g2 + g3 * g3, limit * limit);
-    // Too much: then a step against the motion, by the same measure for all rows, and back into the ball. It
-    // rests where the impulse opposes the motion, which a step by the inverse of the matrix does not.
+    // Beyond the limit: step against the motion by the same step size for all rows, then project
+    // onto the ball. This converges where the impulse opposes the motion, which a step by the
+    // inverse matrix does not.
     if slides.any_true() {
         let step = load(simd, &block.mass_slide);
         let (z1, z2, z3) = (f1 - step * s1, f2 - step * s2, f3 - step * s3);
@@ -407,8 +415,8 @@ fn rub<S: Simd, const FIXED: bool>(
     }
 }
 
-/// Rolling resistance: an angular impulse against the relative angular velocity, at most the rolling
-/// length times the normal impulse.
+/// Applies rolling resistance: an angular impulse against the relative angular velocity, at most
+/// the rolling length times the normal impulse.
 #[inline(always)]
 fn resist_rolling<S: Simd>(
     simd: S,
@@ -444,7 +452,7 @@ fn square<S: Simd>(m: Sym3w<S>) -> Sym3w<S> {
     }
 }
 
-/// S_A² + S_B²: the inverse inertias' sum.
+/// S_A² + S_B²: the sum of the inverse inertias.
 #[inline(always)]
 fn square_sum<S: Simd>(a: Sym3w<S>, b: Sym3w<S>) -> Sym3w<S> {
     let (a, b) = (square(a), square(b));

@@ -1,4 +1,5 @@
-//! Contacts: blocks of eight manifolds, prepared, swept, made anew within a step, and stored.
+//! Contacts: blocks of eight manifolds, which are prepared, swept, rebuilt within a step, and
+//! stored.
 
 pub(crate) mod arena;
 pub(crate) mod block;

@@ -1,4 +1,4 @@
-//! Two bodies as they stand within a step, and their contact made anew.
+//! Rebuilds the contact of two bodies from their states within a step.
 
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -11,7 +11,7 @@ use crate::step::context::StepContext;
 use crate::step::narrowphase::keep::{inherit_near, note_landing, share_lost};
 use crate::step::solver::body::state::BodyState;
 
-/// A pair that is made anew.
+/// A pair whose contact is rebuilt.
 pub(super) struct Pair<'a> {
     pub(crate) ctx: &'a StepContext,
     pub(crate) bodies: [&'a Body; 2],
@@ -20,7 +20,7 @@ pub(super) struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Those of shape A in the world, and of B in the frame of A.
+    /// Poses of shape A in the world, and of shape B in the frame of A.
     pub(crate) fn poses(&self) -> (Pose, Pose) {
         let [a, b] = [0, 1].map(|i| {
             let BodyState { center, rotation, .. } = self.states[i];
@@ -29,8 +29,8 @@ impl Pair<'_> {
         (a, a.relative(&b))
     }
 
-    /// How far contacts are looked for: as far as the two come nearer in a step. An impact may send them anywhere within a
-    /// substep.
+    /// Speculative distance of the pair: the distance by which the two may approach in a step. An
+    /// impact may send them in any direction within a substep.
     pub(crate) fn reach(&self) -> f32 {
         let [a, b] = &self.states;
         let [extent_a, extent_b] = self.bodies.map(|body| body.extent);
@@ -44,7 +44,8 @@ impl Pair<'_> {
         self.ctx.margin.max(way.min(most))
     }
 
-    /// Gives a contact the manifold; without points, one that is out of reach: what acts is not taken out within a step.
+    /// Replaces the manifold of a contact. An empty one leaves a contact out of reach, because
+    /// active contacts are not removed within a step.
     pub(crate) fn renew(&self, contact: &mut Contact, manifold: &Manifold) {
         let (pose_a, _) = self.poses();
         let [a, b] = &self.states;
@@ -90,8 +91,8 @@ impl Pair<'_> {
 }
 
 impl Pair<'_> {
-    /// Keeps the manifold of what is so deep in something thin that it would be pushed out on the other side: its points move on as the
-    /// bodies did in the last substep.
+    /// Keeps the manifold of a body so deep in a thin one that it would be pushed out on the other
+    /// side. Its points move with the bodies' motion in the last substep.
     fn move_on(&self, contact: &mut Contact) {
         let [a, b] = &self.states;
         let (normal, offset, count) = (contact.normal, contact.offset, usize::from(contact.count));
@@ -104,7 +105,7 @@ impl Pair<'_> {
     }
 }
 
-/// Which of the manifolds that are left has nearly this normal.
+/// Index of the unused manifold whose normal is nearest to `normal`.
 pub(super) fn nearest(
     made: &[Manifold],
     left: &[bool; MAX_PARTS],

@@ -1,14 +1,20 @@
-//! Overlaps that no load explains are parted: at the step's end bodies are moved, and keep their velocities.
+//! Overlap correction: at the step's end, bodies are displaced out of overlaps that no load
+//! explains, and keep their velocities.
 //!
-//! A contact gives under its load, so a depth of `load × give` is rest. What is deeper is an error: what was put there, or what
-//! an impact pressed together. Pushed out by velocities it leaves with them, and pushes of several contacts add up: twenty boxes in
-//! one place flew apart at 68 m/s. So a contact that is deeper by [`StepContext::deep`] is *parting* until that is gone: sweeps
-//! stop what approaches there and push nothing out (contact.rs), and this pass moves the bodies as if by velocities that nobody
-//! keeps [Guendelman03]. All contacts around take part, or what is moved would be pressed into the next thing.
+//! A contact yields under its load, so a depth of `load × give` is equilibrium. A greater depth is
+//! an error, from the initial placement or from an impact. A push-out by velocity leaves the body
+//! with that velocity, and the pushes of several contacts add up: twenty boxes in one place flew
+//! apart at 68 m/s.
 //!
-//! Reads: blocks, lines. Writes: lines (motion), blocks (what is still parting). Runs: over groups with a contact that is parting; over
-//! the blocks of one color after the other. Bodies on joints or in ropes are left to the sweeps: those would know nothing of it.
-//! References: docs/decisions/037-parting.md.
+//! So a contact that is deeper by [`StepContext::deep`] is *parting* until the excess is gone.
+//! Sweeps stop its approach and push nothing out (`contact/kernel.rs`). This pass moves the bodies
+//! by pseudo-velocities that are then discarded [Guendelman03]. All contacts around take part;
+//! otherwise bodies would be pressed into their neighbors.
+//!
+//! Reads: blocks, solver bodies. Writes: solver bodies (motion), blocks (which contacts still
+//! part). Runs: over groups with a parting contact, and over the blocks of one color after another.
+//! Bodies on joints or in ropes are left to the sweeps, because joints and ropes do not see this
+//! displacement. References: docs/decisions/037-parting.md.
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
@@ -31,7 +37,8 @@ use crate::step::solver_body::{
 const SWEEPS: u32 = 8;
 
 impl Scratch {
-    /// Makes room for what is parted if something may be in this step. It is given back when that was not so for a while.
+    /// Allocates the rows of overlap correction if a contact may need it in this step, and frees
+    /// them after a while without use.
     pub(crate) fn make_partings(&mut self, may_part: bool) {
         let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
         let count = |n: usize| if may_part { n } else { 0 };
@@ -44,7 +51,7 @@ impl Scratch {
 }
 
 impl Solver<'_> {
-    /// Parts what overlaps in a group more than its loads explain.
+    /// Corrects the overlaps in a group that exceed what its loads explain.
     pub(crate) fn part(&self, group: &Group, locked: bool, jobs: &Jobs<'_>) {
         let blocks = self.plan.contacts.blocks_of(&group.contacts);
         if !self.parts || !blocks.clone().any(|i| self.blocks.read(i).parting != 0) {
@@ -98,7 +105,7 @@ impl Solver<'_> {
         }
     }
 
-    /// True if a body of the block is moved.
+    /// True if the pass moves a body of the block.
     fn is_stirred(&self, block: &ContactBlock) -> bool {
         block.row_a.iter().chain(&block.row_b).any(|row| {
             let way = self.ways.read(*row as usize);
@@ -106,7 +113,8 @@ impl Solver<'_> {
         })
     }
 
-    /// Works out how fast the points of a block are to part, and which of its contacts go on parting.
+    /// Computes the target speed of each point of a block, and which of its contacts continue to
+    /// part.
     #[inline(always)]
     fn begin_parting<S: Simd, const FIXED: bool>(
         &self,
@@ -149,7 +157,7 @@ impl Solver<'_> {
             let excess = max(-s - give * load(simd, &block.k[K[j][j]]), zero);
             let excess = select(above(mass, zero), excess, zero);
             most = max(most, excess);
-            // What parts by itself is not hastened: a bounce keeps its energy.
+            // Do not add to the speed of points that already separate: a bounce keeps its energy.
             let speed = min(excess * inv_dt, max(least, rate * -s));
             let speed = max(speed - max(vn, zero), zero);
             let wanted = select(parts, speed, zero) - max(s, zero) * inv_dt;
@@ -164,7 +172,7 @@ impl Solver<'_> {
         parting.is_ready = true;
     }
 
-    /// 1 for each lane whose bodies may be moved.
+    /// 1 for each lane whose bodies may be displaced.
     fn taking_part(&self, block: &ContactBlock) -> Lanes {
         let free =
             |line: u32| line == 0 || is_free(self.bodies.at(self.plan.members[line as usize - 1]));
@@ -174,7 +182,7 @@ impl Solver<'_> {
         })
     }
 
-    /// Moves a body by what was found, by no more than a part of its size.
+    /// Displaces a body by its pseudo-velocity, limited to a part of its size.
     fn move_apart(&self, i: usize) {
         let way = self.ways.read(i);
         if way.v.iter().chain(&way.w).all(|x| *x == 0.0) {
@@ -202,7 +210,7 @@ impl Solver<'_> {
     }
 }
 
-/// How a motion of both bodies changes the separation of a point, or a velocity its speed.
+/// Change of a point's separation by a motion of both bodies, or its speed by their velocities.
 #[inline(always)]
 fn along<S: Simd, const FIXED: bool>(
     simd: S,
@@ -219,7 +227,8 @@ fn along<S: Simd, const FIXED: bool>(
     of_b - (n.dot(a.v) * load(simd, &block.alpha) + Vec3w::load(simd, &point.a).dot(a.w))
 }
 
-/// A Gauss-Seidel sweep over a block: points part as fast as they are to, and none comes nearer than it may.
+/// Runs a Gauss-Seidel sweep over a block: points separate at their target speeds, and none
+/// approaches more than allowed.
 #[inline(always)]
 fn sweep<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,

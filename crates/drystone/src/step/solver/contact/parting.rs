@@ -1,4 +1,4 @@
-//! Overlaps that are parted: their marks.
+//! Marks contacts for overlap correction, and holds its rows.
 
 use super::block::{ContactBlock, K, PointRows};
 use super::raw;
@@ -7,28 +7,29 @@ use crate::state::bodies::Body;
 use crate::state::contacts::Traits;
 use crate::step::context::softness::Softness;
 
-/// What the pass knows of a block.
+/// Rows of a block in the overlap correction.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parting {
     pub(crate) is_ready: bool,
-    /// How fast each point is to part [m/s]; below 0 it may close.
+    /// Target speed of each point [m/s]; a point below 0 may close.
     pub(crate) wanted: [Lanes; 4],
-    /// 1/K_jj, 0 of what takes no part.
+    /// 1/K_jj; 0 for points that take no part.
     pub(crate) mass: [Lanes; 4],
     pub(crate) impulse: [Lanes; 4],
 }
 
-/// True if nothing but contacts holds a body.
+/// True if only contacts act on a body.
 pub(crate) fn is_free(body: &Body) -> bool {
     !body.is_dynamic() || body.joints.is_empty() && !body.dragged
 }
 
-/// How much deeper a point may be than its load explains, over the mass that it bears [m/(N s)].
+/// Equilibrium depth of a point per load: this, over the mass that it bears [m/(N s)].
 pub(crate) const fn give(softness: &Softness) -> f32 {
     softness.impulse / softness.rate
 }
 
-/// A bit for each contact that is parted, or is to be. Springs of their own are as deep as they like.
+/// Bit for each contact under overlap correction, or about to be. Contacts with their own spring
+/// softness may be of any depth.
 #[cold]
 pub(crate) fn mark<const FIXED: bool>(
     source: &raw::Source<'_>,

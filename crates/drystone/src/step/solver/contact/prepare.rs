@@ -1,5 +1,5 @@
-//! Contacts to blocks: loads manifolds into lanes and builds the rows in wide arithmetic, with the warm
-//! start fused in.
+//! Builds contact blocks: loads manifolds into lanes, builds the rows in wide arithmetic, and
+//! applies the warm start in the same pass.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
@@ -13,8 +13,8 @@ use crate::base::simd::wide::{
 use crate::base::threads::disjoint::Rows;
 use crate::step::solver_body::{SolverBody, Whitening, load_velocity, read_lanes, store_velocity};
 
-/// Fills a block from up to eight contacts and applies their impulses to the lines. `FIXED`: only one
-/// body of each can be pushed.
+/// Fills a block from up to eight contacts and applies their impulses to the solver bodies.
+/// `FIXED`: only one body of each contact can be pushed.
 #[inline(always)]
 pub(crate) fn pack<S: Simd, const FIXED: bool>(
     simd: S,
@@ -48,7 +48,7 @@ pub(crate) fn build<S: Simd, const FIXED: bool>(
     extra: Option<&mut Extra>,
 ) -> Option<Warm<S>> {
     let Some(raw) = Raw::load::<FIXED>(source, owners) else {
-        // Other groups have been in the room: what they left must push nothing.
+        // The buffer may contain rows of other groups, which must not push anything.
         (block.row_a, block.row_b, block.parting) = ([0; LANES], [0; LANES], 0);
         (block.arrives, block.hit) = (0, 0);
         return None;
@@ -97,14 +97,14 @@ pub(crate) fn build<S: Simd, const FIXED: bool>(
     Some(warm)
 }
 
-/// The warm start: a linear impulse, and what turns A and B.
+/// The warm start: a linear impulse, and the angular changes of A and B.
 pub(crate) struct Warm<S: Simd> {
     push: Vec3w<S>,
     turn_a: Vec3w<S>,
     turn_b: Vec3w<S>,
-    /// Arm at which twist is measured [m].
+    /// Lever arm at which twist is measured [m].
     reach: Wide<S>,
-    /// How the velocity along the tangents grows that bodies which turn together have there [m/s²].
+    /// Rate of change of the tangential velocity between bodies that rotate together [m/s²].
     grows: Option<[Wide<S>; 2]>,
 }
 
@@ -168,7 +168,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         most = max(most, impulse);
         let impulse = impulse * scale;
         let point = &mut block.points[j];
-        // Friction acts at the middle of what is close.
+        // Friction acts at the middle of the close points.
         let w = min(max(one - s0 * inv_margin, splat(simd, 0.01)), one) * there[j];
         weights[j] = w;
         gap += max(s0, zero) * w;
@@ -211,7 +211,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         grows = Some([t1.dot(rate), t2.dot(rate)]);
     }
     let reach = reach_of(simd, raw, cb, &rb, &weights, [share, mu]);
-    // Friction acts on the surfaces, which an arm half way across a gap does not reach yet.
+    // Friction acts on the surfaces; a lever arm to the middle of a gap does not reach them yet.
     let gap = n * (gap * share * splat(simd, 0.5));
     if FIXED {
         cb = cb + gap * load(simd, &raw.sign);
@@ -242,7 +242,8 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     Warm { push, turn_a, turn_b, reach, grows }
 }
 
-/// K of each pair of points, and the mass that each bears: 1/K_jj, 0 of those that are not there.
+/// Computes K of each pair of points, and the effective mass of each point: 1/K_jj, 0 for missing
+/// points.
 #[inline(always)]
 fn put_masses<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
@@ -266,11 +267,13 @@ fn put_masses<S: Simd, const FIXED: bool, const N: usize>(
     }
 }
 
-/// Takes what contacts begin with down to what gives their bodies a speed of `most`, and returns that part; `None`: all of it stays.
-/// `speeds`: what their greatest impulse would give.
+/// Limits the warm start of contacts to impulses that give their bodies a speed of `most`, and
+/// returns the factor; `None`: no change. `speeds`: the speeds that their maximum impulses would
+/// give.
 ///
-/// What is caught between two that give way to nothing is pressed without end, and nothing is pressed so by weight. When one of both
-/// goes, the sweep that takes the other's back leaves a part of it, which threw a crate out at 31 m/s.
+/// A body caught between two immovable ones builds up impulses without bound, far beyond any
+/// weight. When one of the two disappears, the sweep that removes the other's impulse leaves a part
+/// of it, which threw a crate out at 31 m/s.
 #[inline(always)]
 fn kept<S: Simd>(simd: S, block: &mut ContactBlock, speeds: Wide<S>, most: f32) -> Option<Wide<S>> {
     let most = splat(simd, most);
@@ -284,8 +287,9 @@ fn kept<S: Simd>(simd: S, block: &mut ContactBlock, speeds: Wide<S>, most: f32) 
     Some(part)
 }
 
-/// Marks the contacts without a warm start, which get more rounds. Impulses are never negative: the
-/// greatest is zero where all are. A lone point needs no rounds, and gets none in whatever company it is.
+/// Marks the contacts without a warm start, which get more rounds. Impulses are never negative, so
+/// the maximum is zero where all are. A lone point needs no rounds and gets none, whatever contacts
+/// share its block.
 #[inline(always)]
 fn mark_fresh<S: Simd>(simd: S, block: &mut ContactBlock, count: Wide<S>, most: Wide<S>) {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
@@ -297,8 +301,9 @@ fn mark_fresh<S: Simd>(simd: S, block: &mut ContactBlock, count: Wide<S>, most: 
     }
 }
 
-/// Where twist is measured: the mean distance of the points from the middle, times that of what they
-/// enclose over theirs; farther out for what resists spinning.
+/// Reach at which twist is measured. It is the mean distance of the points from the middle, times a
+/// correction for the area that they enclose: the ratio of the area's mean distance to theirs.
+/// Spinning resistance increases it.
 #[inline(always)]
 fn reach_of<S: Simd, const N: usize>(
     simd: S,
@@ -318,7 +323,7 @@ fn reach_of<S: Simd, const N: usize>(
     let count = load(simd, &raw.count);
     let is_face = above(count, splat(simd, 2.5));
     let mut reach = sum * share * select(is_face, load(simd, &raw.patch), splat(simd, 0.5));
-    // A lone point beside contacts with more of them has none, by rounding neither.
+    // A lone point beside contacts with more points has zero reach, free of rounding.
     reach = select(above(count, splat(simd, 1.5)), reach, splat(simd, 0.0));
     if raw.spins {
         reach += load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
@@ -326,7 +331,7 @@ fn reach_of<S: Simd, const N: usize>(
     reach
 }
 
-/// Where friction acts.
+/// Lever arms at which friction acts.
 struct Arms<S: Simd> {
     sa: Sym3w<S>,
     sb: Sym3w<S>,
@@ -334,16 +339,17 @@ struct Arms<S: Simd> {
     cb: Vec3w<S>,
     /// α² + β²
     linear: Wide<S>,
-    /// Arm at which twist is measured [m].
+    /// Lever arm at which twist is measured [m].
     reach: Wide<S>,
     /// Fresh contacts of three points or more.
     settling: mask32x8<S>,
 }
 
-/// Rows of each element of their matrix, as [`ContactBlock::mass_t`] has them.
+/// Rows of each element of their matrix, in the order of [`ContactBlock::mass_t`].
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2]];
 
-/// Rows of friction along t1 and t2, and of twist about n. Returns those of A and of B.
+/// Builds the rows of friction along t1 and t2, and of twist about n. Returns the rows of A and of
+/// B.
 #[inline(always)]
 fn build_friction<S: Simd, const FIXED: bool>(
     simd: S,
@@ -372,13 +378,14 @@ fn build_friction<S: Simd, const FIXED: bool>(
     for i in 0..3 {
         bt[i].store(&mut block.b_t[i]);
     }
-    // The tangents first; twist by what is left of it when they give way (Schur's complement). Without
-    // a reach there is no twist, and zeros are left.
-    // A contact that stands on a face holds the body: its normals take back the turn that friction's
-    // impulse gives it. Rows that count on that turn take several substeps to stop a body, as long as
-    // their impulses are not known. So a fresh contact leaves out as much of it as keeps the step below
-    // 1.6 times that of a free body: at 2 it would no longer take energy. (In every step, four cubes on
-    // a slope never came to rest.)
+    // First the tangents, then twist by Schur's complement. Without a reach there is no twist, and
+    // zeros are left.
+    //
+    // In a contact on a face, the normal points take back the rotation that friction's impulse
+    // gives the body. Rows that count on that rotation take several substeps to stop a body, until
+    // their impulses are known. So for a fresh contact the rows ignore rotation as far as that
+    // keeps the step below 1.6 times that of a free body. At 2 a step would no longer remove
+    // energy. (In every step, four cubes on a slope never came to rest.)
     if settling.any_true() {
         let turn = max(k[0], k[2]) - linear;
         let least = splat(simd, 0.625) - splat(simd, 0.375) * linear * inverse_or_zero(simd, turn);
@@ -393,7 +400,7 @@ fn build_friction<S: Simd, const FIXED: bool>(
     let (m11, m12, m22) = (k22 * inv, -(k12 * inv), k11 * inv);
     let (e1, e2) = (m11 * k13 + m12 * k23, m12 * k13 + m22 * k23);
     let left = k33 - (k13 * e1 + k23 * e2);
-    // Nor is there one at a reach of rounding, whose inverse would be beyond all numbers.
+    // There is no twist at a reach of rounding size either: its inverse would overflow.
     let least = max(k33 * splat(simd, 1.0e-5), k11 * splat(simd, 1.0e-12));
     let m33 = select(above(left, least), inverse_or_zero(simd, left), zero);
     let m = [
@@ -407,7 +414,8 @@ fn build_friction<S: Simd, const FIXED: bool>(
     for i in 0..6 {
         m[i].store_array(&mut block.mass_t[i]);
     }
-    // No eigenvalue is above the root of the sum of squares, and a step by its inverse never overshoots.
+    // The root of the sum of squares bounds every eigenvalue, so a step by its inverse never
+    // overshoots.
     let off = k12 * k12 + k13 * k13 + k23 * k23;
     let norm = sqrt(k11 * k11 + k22 * k22 + k33 * k33 + (off + off));
     inverse_or_zero(simd, norm).store_array(&mut block.mass_slide);

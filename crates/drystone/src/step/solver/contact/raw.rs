@@ -1,4 +1,4 @@
-//! Contacts as read from the tables, before they are rows.
+//! Loads contacts from the tables into lanes, before their rows are built.
 
 use fearless_simd::Simd;
 
@@ -20,7 +20,8 @@ const DISC: f32 = 2.0 / 3.0;
 /// Mean distance from the middle of a square over half its diagonal: (√2 + ln(1 + √2)) / (3 √2).
 pub(crate) const SQUARE: f32 = 0.541_075_1;
 
-/// Points, bits, of a pair that touches which bear nothing and come as fast as a hit; [`NEW`] of one that does not touch yet.
+/// Bits of the points of a touching pair that bear no load and approach as fast as a hit; [`NEW`]
+/// for a pair that does not touch yet.
 #[inline(always)]
 pub(crate) fn landing(c: &Contact, source: &Source<'_>) -> u8 {
     if !c.touching {
@@ -29,7 +30,7 @@ pub(crate) fn landing(c: &Contact, source: &Source<'_>) -> u8 {
     if c.traits.any(Traits::STRUCK) {
         return 0;
     }
-    // While some shapes have hit speeds of their own any may count.
+    // If some shapes have their own hit speeds, any speed may count.
     let least = if source.shapes.give_hit_speed > 0 { 0.0 } else { source.ctx.hit_speed };
     if !(c.approach() > least) {
         return 0;
@@ -38,50 +39,54 @@ pub(crate) fn landing(c: &Contact, source: &Source<'_>) -> u8 {
     bare.enumerate().fold(0, |bits, (j, bare)| bits | bare << j)
 }
 
-/// What packing reads.
+/// The tables that packing reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'a> {
     pub(crate) ctx: &'a StepContext,
     pub(crate) bodies: &'a Bodies,
-    /// SolverBody of each body row; 0 for what cannot be pushed.
+    /// Solver body of each body row; 0 for bodies that cannot be pushed.
     pub(crate) line_of: &'a [u32],
     pub(crate) whitening: &'a Rows<'a, Whitening>,
-    /// Acceleration of each line [m/s²].
+    /// Acceleration of each solver body [m/s²].
     pub(crate) acceleration: &'a Rows<'a, Vec3>,
     pub(crate) contacts: &'a Slots<'a>,
     pub(crate) softened: &'a [Softened],
     pub(crate) shapes: &'a Shapes,
-    /// Some contact may be parted.
+    /// Some overlap may be corrected by displacement.
     pub(crate) parts: bool,
-    /// Some contact that does not bounce may get a blow.
+    /// Some contact that does not bounce may get an impact.
     pub(crate) blows: bool,
-    /// Rows are made anew within the step. What becomes deep in it is parted from the next one on.
+    /// Rows are rebuilt within the step. An overlap that becomes deep within it is corrected from
+    /// the next step on.
     pub(crate) is_renewed: bool,
-    /// If some contact's bodies turn together: bodies whose contacts are made anew within the step, which need nothing for that.
+    /// `Some` if the bodies of some contact rotate together: the bodies whose contacts are rebuilt
+    /// within the step, which need no corotation.
     pub(crate) turning: Option<&'a BitSet>,
 }
 
-/// Lanes of a block before its rows are built. Idle lanes repeat the first contact, without a body, a
-/// point or an impulse.
+/// Lanes of a block before its rows are built. Idle lanes repeat the first contact without a body,
+/// a point or an impulse.
 pub(crate) struct Raw<'a> {
     pub(crate) contacts: [&'a Contact; LANES],
     pub(crate) row_a: [u32; LANES],
     pub(crate) row_b: [u32; LANES],
-    /// -1 where only B can be pushed and it is the contact's A: its rows turn their sign.
+    /// -1 where only B can be pushed and it is the contact's A: its rows change sign.
     pub(crate) sign: Lanes,
     pub(crate) count: Lanes,
-    /// Mean distance from the middle of what the points enclose, over that of the points.
+    /// Mean distance from the middle over the area enclosed by the points, relative to that of the
+    /// points.
     pub(crate) patch: Lanes,
-    /// As [`ContactBlock::landing`].
+    /// See [`ContactBlock::landing`].
     pub(crate) landing: [u8; LANES],
-    /// Reach of the spinning resistance times the friction coefficient [m]; whether there is any.
+    /// Reach of the spinning resistance times the friction coefficient [m], and whether any lane
+    /// has one.
     pub(crate) spinning: Lanes,
     pub(crate) spins: bool,
-    /// Where the bodies turn together, how far each turns in half of the step [rad, world].
+    /// Half the rotation of each body in the step, where the bodies rotate together [rad, world].
     pub(crate) turns: Option<[[Lanes; 3]; 2]>,
-    /// Some contact is being parted.
+    /// Some contact is under overlap correction.
     pub(crate) parts: bool,
-    /// How much of what each gives has been taken back [m].
+    /// Part of each contact's yield that has been taken back [m].
     pub(crate) settled: Lanes,
 }
 
@@ -137,7 +142,8 @@ impl<'a> Raw<'a> {
         Some(raw)
     }
 
-    /// Notes how far the bodies of a contact turn if they turn together and it is made once for the whole step.
+    /// Records the rotation of a contact's bodies if they rotate together and its rows are built
+    /// once for the whole step.
     #[inline(never)]
     fn note_corotation(&mut self, source: &Source<'_>, turning: &BitSet, lane: usize) {
         let c = self.contacts[lane];
@@ -155,7 +161,7 @@ impl<'a> Raw<'a> {
         }
     }
 
-    /// Normals and friction, friction's impulses and twist.
+    /// Normals and friction coefficients; friction impulses and twist.
     #[inline(always)]
     pub(crate) fn common<S: Simd>(&self, simd: S) -> [[Wide<S>; 4]; 2] {
         let (mut normal, mut tangent) = ([[0.0; 4]; LANES], [[0.0; 4]; LANES]);
@@ -176,7 +182,7 @@ impl<'a> Raw<'a> {
         Vec3w::load(simd, &lanes)
     }
 
-    /// Of point `j` the arm of A with the separation, and the impulse.
+    /// Lever arm of A with the separation, and the impulse, of point `j`.
     #[inline(always)]
     pub(crate) fn point<S: Simd>(&self, simd: S, j: usize) -> ([Wide<S>; 4], Wide<S>) {
         let mut arm = [&[0.0; 4]; LANES];

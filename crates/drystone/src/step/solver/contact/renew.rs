@@ -1,14 +1,21 @@
-//! What turns far in a step while it touches something: its contacts get their manifolds and rows anew in each substep, or in the
-//! middle of the step if it turns little.
+//! Rebuilds the manifolds and rows of contacts whose bodies turn far in a step: in each substep, or
+//! once in the middle of the step if they turn little.
 //!
-//! Rows are frozen over a step, and a separation that is linear in them errs by r θ²/2 for a body that turns by θ at a lever r; so
-//! do normals, levers and the inertia. Of a pencil that turns by a radian a step nothing is right at its end, and pushing along levers
-//! that are no more made energy (of ×180). And other corners come down within the step, of which no manifold of its start
-//! knows. So bodies of contacts that narrowphase lists ([`Change::Turns`](crate::step::narrowphase::Change)) or that close fast are *turning*: after each
-//! substep they are turned as free bodies are. When their contacts are made anew, from where both bodies are then, their inertia turns
-//! with them. All others keep their rows, as that is what keeps walls steady (docs/decisions/003-frozen-rows-one-sweep.md).
+//! Rows are frozen over a step. A separation that is linear in them errs by r θ²/2 for a body that
+//! turns by θ at a lever arm r. Normals, lever arms and the inertia err as well. For a pencil that
+//! turns by a radian per step nothing is right at its end, and pushes along outdated lever arms
+//! created energy (up to ×180). Also, other corners come down within the step that are missing in
+//! the manifold of its start.
 //!
-//! Bodies with joints are not taken: joints read the rotation that a line has since the step's start.
+//! So bodies are *turning* if narrowphase lists their contacts
+//! ([`Change::Turns`](crate::step::narrowphase::Change)) or if these close fast. After each substep
+//! they are rotated as free bodies. When their contacts are rebuilt, from the poses of both bodies
+//! at that time, their inertia is rotated too. All other bodies keep their rows, which keeps walls
+//! steady (docs/decisions/003-frozen-rows-one-sweep.md).
+//!
+//! Bodies with joints are excluded: joints read the rotation of a solver body since the step's
+//! start.
+//!
 //! References: docs/decisions/033-rows-made-anew.md.
 
 use fearless_simd::{Simd, SimdBase, dispatch};
@@ -39,29 +46,30 @@ use crate::step::solver_body;
 use crate::step::solver_body::{SolverBody, Whitening, load_motion};
 
 impl Solver<'_> {
-    /// True if the group has contacts that are made anew within the step.
+    /// True if the group has contacts that are rebuilt within the step.
     pub(crate) fn turns(&self, group: &Group) -> bool {
         self.ctx.rounds == 1 && self.turning_batches(group).next().is_some()
     }
 
-    /// Where those contacts are.
+    /// Batches of those contacts.
     fn turning_batches(&self, group: &Group) -> impl Iterator<Item = &Batch> {
         let batches = &self.plan.contacts.batches[group.contacts.clone()];
         batches.iter().filter(|batch| batch.class & TURNING != 0)
     }
 
-    /// Those that are made anew after `done` substeps.
+    /// Batches that are rebuilt after `done` substeps.
     fn due_batches(&self, group: &Group, done: u16) -> impl Iterator<Item = &Batch> {
         let all = self.is_middle(done);
         self.turning_batches(group).filter(move |batch| all || batch.class & OFTEN != 0)
     }
 
-    /// True in the middle of the step, where the contacts of all that turns are made anew.
+    /// True in the middle of the step, when the contacts of all turning bodies are rebuilt.
     fn is_middle(&self, done: u16) -> bool {
         u32::from(done) == self.ctx.substeps.div_ceil(2)
     }
 
-    /// Calls `f` with each block that is made anew after `done` substeps, and whether one body of each contact cannot be pushed.
+    /// Calls `f` with each block that is rebuilt after `done` substeps, and whether one body of
+    /// each contact cannot be pushed.
     fn for_due(
         &self,
         (group, done): (&Group, u16),
@@ -76,14 +84,15 @@ impl Solver<'_> {
         }
     }
 
-    /// Their bodies that turn on their own, as lines.
+    /// Solver bodies of the group's turning bodies.
     fn turning_lines(&self, group: &Group) -> &[u32] {
         let lines = &self.plan.turning.lines;
         let at = |line: usize| lines.partition_point(|of| (*of as usize) < line);
         &lines[at(group.lines.start)..at(group.lines.end)]
     }
 
-    /// At the step's start: free rotation is done whole, so nothing of it is a change of velocity.
+    /// Prepares turning bodies at the step's start: free rotation is integrated separately, so it
+    /// adds no velocity change.
     pub(crate) fn begin_turning(&self, group: &Group) {
         for line in self.turning_lines(group) {
             let line = *line as usize;
@@ -93,8 +102,8 @@ impl Solver<'_> {
         }
     }
 
-    /// After the positions of a substep, `done` of which are: turns the bodies, and makes contacts anew. At the step's end narrowphase
-    /// does that.
+    /// Rotates the turning bodies after the positions of substep `done`, and rebuilds contacts. At
+    /// the step's end narrowphase rebuilds them.
     pub(crate) fn renew(&self, number: usize, done: u16, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         if u32::from(done) >= self.ctx.substeps {
@@ -113,7 +122,7 @@ impl Solver<'_> {
                 }
             }
         });
-        // With meshes one by one, for what they are collected in.
+        // Contacts with meshes run one by one, because they share the scratch memory.
         let scratch = self.meshes.row(number);
         for batch in self.due_batches(group, done) {
             for i in batch.blocks.clone() {
@@ -126,7 +135,8 @@ impl Solver<'_> {
         self.for_due(due, jobs, |fixed, i| self.put_rows(&ctx, fixed, i, elapsed));
     }
 
-    /// Turns the group's bodies by a substep; `anew` tells whose rows are made anew then.
+    /// Rotates the group's turning bodies by a substep; `anew` selects the bodies whose rows are
+    /// rebuilt then.
     fn turn_all(&self, group: &Group, jobs: &Jobs<'_>, anew: impl Fn(usize) -> bool + Sync) {
         let lines = self.turning_lines(group);
         for_shares(jobs, lines.len(), 16, |part| {
@@ -137,7 +147,7 @@ impl Solver<'_> {
         });
     }
 
-    /// At the step's end: the lines hold the bodies.
+    /// Stores the turning bodies' states in the solver bodies at the step's end.
     pub(crate) fn end_turning(&self, group: &Group) {
         for line in self.turning_lines(group) {
             let i = *line as usize;
@@ -146,7 +156,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Takes a block's impulses out of what its bodies carry, and to the contacts.
+    /// Removes a block's impulses from those that its bodies carry, and stores them in the
+    /// contacts.
     fn take_warm(&self, fixed: bool, i: usize, elapsed: f32) {
         let tables = (&self.contacts, self.bodies);
         dispatch!(self.ctx.level, simd => {
@@ -160,7 +171,8 @@ impl Solver<'_> {
         });
     }
 
-    /// Turns a body as free ones turn in a substep. Where its rows are made `anew`, its inertia turns with it.
+    /// Rotates a body freely for a substep. If its rows are rebuilt (`anew`), its inertia is
+    /// rotated too.
     fn turn(&self, line: usize, anew: bool) {
         let body = self.bodies.at(self.plan.members[line - 1]);
         let (state, h) = (self.states.row(line), self.ctx.h);
@@ -192,7 +204,7 @@ impl Solver<'_> {
         aux.turn_by_torque(self.whitening.read(line), body, h);
     }
 
-    /// Where a body is, and how it moves. `elapsed` [s] is the time since the step's start.
+    /// State of a body `elapsed` [s] after the step's start.
     fn now(&self, row: u32, elapsed: f32) -> BodyState {
         let body = self.bodies.at(row);
         let start = BodyState::of(body);
@@ -218,7 +230,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Makes the manifold of a pair of convex shapes anew.
+    /// Rebuilds the manifold of a pair of convex shapes.
     fn collide_again(&self, row: u32, elapsed: f32) {
         let Some(contact) = self.contacts.row(row as usize) else { return };
         if contact.is_part || self.shapes.at(contact.shape_a).is_mesh() {
@@ -232,7 +244,7 @@ impl Solver<'_> {
         pair.renew(contact, &m);
     }
 
-    /// Makes the manifolds of a pair with a mesh anew, if this is its first.
+    /// Rebuilds the manifolds of a pair with a mesh, if this contact is its first.
     fn collide_mesh_again(&self, row: u32, elapsed: f32, scratch: &mut MeshScratch) {
         let Some(contact) = self.contacts.row(row as usize) else { return };
         let (shape_a, shape_b) = (self.shapes.at(contact.shape_a), self.shapes.at(contact.shape_b));
@@ -261,7 +273,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Rows of a block from its contacts as they are now, and their impulses to what bodies carry.
+    /// Builds the rows of a block from its rebuilt contacts, and adds their impulses to those that
+    /// bodies carry.
     fn put_rows(&self, ctx: &StepContext, fixed: bool, i: usize, elapsed: f32) {
         let source = raw::Source { is_renewed: true, ..self.pack_source(ctx) };
         let owners = &self.plan.contacts.owners[i];
@@ -284,7 +297,7 @@ impl Solver<'_> {
     }
 }
 
-/// What the impulses of eight contacts give their bodies, not scaled by masses.
+/// Effect of the impulses of eight contacts on their bodies, not scaled by masses.
 struct Carried {
     push: [[f32; 4]; LANES],
     turn_a: [[f32; 4]; LANES],
@@ -292,7 +305,8 @@ struct Carried {
 }
 
 impl Carried {
-    /// Takes it out of what the bodies carry to the next substep (1), or puts it in (-1).
+    /// Removes the impulses from those that the bodies carry to the next substep (1), or adds them
+    /// (-1).
     fn carry(&self, block: &ContactBlock, aux: &Rows<'_, Aux>, sign: f32) {
         for lane in 0..LANES {
             let (a, b) = (block.row_a[lane] as usize, block.row_b[lane] as usize);
@@ -308,7 +322,7 @@ impl Carried {
     }
 }
 
-/// The impulses of a block by its rows.
+/// The impulses of a block, mapped by its rows.
 #[inline(always)]
 fn warm_of<S: Simd>(simd: S, block: &ContactBlock, extra: Option<&Extra>, fixed: bool) -> Carried {
     let [f1, f2, f3] = [0, 1, 2].map(|i| load(simd, &block.friction[i]));
@@ -349,7 +363,8 @@ fn warm_of<S: Simd>(simd: S, block: &ContactBlock, extra: Option<&Extra>, fixed:
     Carried { push: lanes(push), turn_a: lanes(turn_a), turn_b: lanes(turn_b) }
 }
 
-/// The kernel adds to separations all that moved since the step's start: what moved until now is taken out of those of now.
+/// Shifts separations to the step's start. The kernel adds all motion since then, so the motion up
+/// to now is subtracted from separations measured now.
 #[inline(always)]
 fn rebase<S: Simd>(
     simd: S,

@@ -1,4 +1,4 @@
-//! Blocks back to contacts after the last sweep, and to what squeezes bodies.
+//! Stores blocks in their contacts after the last sweep, and sums the load on bodies.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -13,7 +13,7 @@ use crate::step::solver::body::integrate;
 use crate::step::solver::body::squeeze::Squeeze;
 use crate::step::solver::totals_rows::POINTS;
 
-/// Adds a block's normal impulses, times `scale`, to what is known of how its bodies are squeezed.
+/// Adds a block's normal impulses, times `scale`, to the squeeze of its bodies.
 #[inline(always)]
 pub(crate) fn weigh<S: Simd>(
     simd: S,
@@ -26,7 +26,7 @@ pub(crate) fn weigh<S: Simd>(
         total += load(simd, &point.impulse);
     }
     let total = total * splat(simd, scale);
-    // B's side, where a turned row has a negative beta.
+    // Push on B; a row with flipped sign has a negative beta.
     let turned = above(splat(simd, 0.0), load(simd, &block.beta));
     let push = Vec3w::load(simd, &block.n) * total;
     let push = Vec3w::select(turned, push * splat(simd, -1.0), push);
@@ -112,10 +112,10 @@ pub(crate) fn store<S: Simd>(
     begun
 }
 
-/// How fast the points of a contact came together that was pressed in this step for the first time [m/s], of bodies as
-/// they were when the step began. What forces add on the way, v² = v₀² + 2 a s, is at most that of a whole step.
-/// `elapsed` [s]: since the step's start, of one that was made anew since. `which`: points, bits; all of a contact that was
-/// made anew.
+/// Approach speed of the points of a contact that was pressed for the first time in this step
+/// [m/s], from the velocities at the step's start. Forces add speed on the way, v² = v₀² + 2 a s,
+/// but at most that of a whole step. `elapsed` [s]: time since the step's start, for a contact that
+/// was rebuilt since. `which`: bits of the points; all points count for a rebuilt contact.
 pub(crate) fn approach(
     c: &Contact,
     which: u8,

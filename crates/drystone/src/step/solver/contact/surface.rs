@@ -1,5 +1,5 @@
-//! What few contacts have: bounce, rolling, a lower kinetic friction, the drift of belts and kinematic
-//! bodies.
+//! Fills the data that few contacts have: restitution, rolling resistance, a lower kinetic
+//! friction, the drift of belts and kinematic bodies.
 
 use fearless_simd::Simd;
 
@@ -21,7 +21,7 @@ fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {
     }
 }
 
-/// Bounce, rolling and drift of one contact; true if it may bounce in this step.
+/// Fills restitution, rolling and drift of one contact; true if it may bounce in this step.
 pub(crate) fn pack_extra<const FIXED: bool>(
     source: &Source<'_>,
     raw: &Raw<'_>,
@@ -69,11 +69,11 @@ pub(crate) fn pack_extra<const FIXED: bool>(
             r_b += c.r_b(p) * share;
         }
         let (sa, sb) = (source.shapes.at(c.shape_a), source.shapes.at(c.shape_b));
-        // Where the other body's anchors are now: its own stay behind what a belt carries.
+        // Positions of the other body's anchors now: the own ones fall behind on a moving belt.
         let offset = b.center - a.center;
         let (from, to) = (Carry::of(a, sa, r_b + offset), Carry::of(b, sb, r_a - offset));
         let rate = to.rate - from.rate;
-        // A sweep makes the velocity of the substep after it: that at its middle.
+        // A sweep solves the velocity of the substep after it, at that substep's middle.
         let velocity = to.velocity - from.velocity + rate * (0.5 * source.ctx.h);
         let t1 = c.normal.any_perpendicular();
         let t2 = t1.cross(c.normal);
@@ -84,7 +84,8 @@ pub(crate) fn pack_extra<const FIXED: bool>(
     arrives
 }
 
-/// How a contact gives, if not as the world's do: as hooks said in this step, or else as the rules of its shapes say.
+/// Softness of a contact, if it has its own: set by hooks in this step, or else by the rules of its
+/// shapes.
 fn softness_of(source: &Source<'_>, c: &Contact, row: u32) -> Softened {
     if c.traits.any(Traits::HOOKED)
         && let Some(softened) = source.softened.get(row as usize)
@@ -98,8 +99,8 @@ fn moves(body: &Body) -> bool {
     !body.is_dynamic() && body.active()
 }
 
-/// Restitution of one contact, and whether it arrives in this step: whether some point reaches the
-/// surface, and faster than forces alone make a body in a step. What rests does not.
+/// Sets the restitution of one contact; true if it arrives in this step. It arrives if some point
+/// reaches the surface faster than forces alone move a body in a step. A resting contact does not.
 fn pack_bounce(
     source: &Source<'_>,
     c: &Contact,
@@ -128,17 +129,17 @@ fn pack_bounce(
     })
 }
 
-/// Velocity of a point of a moving kinematic body; zero of any other.
+/// Velocity of a point of a moving kinematic body; zero for any other body.
 fn drift_velocity(body: &Body, r: Vec3) -> Vec3 {
     if moves(body) { body.velocity_at(r) } else { Vec3::ZERO }
 }
 
-/// How a surface moves that no impulse can hold: with its kinematic body, or over its shape as a belt.
+/// Surface motion that no impulse can stop: with its kinematic body, or over its shape as a belt.
 struct Carry {
     velocity: Vec3,
     spin: Vec3,
-    /// What is carried is turned with it: without this it would leave a turntable along the tangent, by
-    /// half of ω² r dt a second.
+    /// Centripetal acceleration of a carried body. Without it the body would leave a turntable
+    /// along the tangent, by half of ω² r dt per second.
     rate: Vec3,
 }
 
@@ -161,8 +162,9 @@ impl Carry {
     }
 }
 
-/// How the velocity grows between two that turn together, each by `turn` in half of the step, and the arms in the middle of the step:
-/// a force along arms of its start would turn them faster and faster.
+/// Acceleration between two bodies that rotate together, each by `turn` in half of the step, and
+/// the lever arms in the middle of the step. Forces along the lever arms of its start would make
+/// them rotate faster and faster.
 #[inline(always)]
 pub(crate) fn corotation<S: Simd>(
     simd: S,
@@ -175,7 +177,7 @@ pub(crate) fn corotation<S: Simd>(
         let turn = Vec3w::load(simd, &turns[i]);
         let once = turn.cross(arms[i]);
         let turned = arms[i] + (once + turn.cross(once) * one_half);
-        // Those of other lanes stay as they are, to the sign of zero.
+        // Other lanes stay unchanged, down to the sign of zero.
         let turned = Vec3w::select(above(turn.dot(turn), zero), turned, arms[i]);
         (turned, turn.cross(turn.cross(turned)))
     });
@@ -183,7 +185,7 @@ pub(crate) fn corotation<S: Simd>(
     ([a.0, b.0], rate)
 }
 
-/// A bit for each lane that may get a blow in this step.
+/// Bit for each lane that may get an impact in this step.
 #[inline(never)]
 pub(crate) fn blows(source: &Source<'_>, raw: &Raw<'_>, owners: &[u32; LANES]) -> u8 {
     let mut lanes = 0;

@@ -2,16 +2,16 @@
 
 use crate::step::context::softness::Softness;
 
-/// What one sweep over contacts does.
+/// Parameters of one sweep over contacts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactSweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
-    /// It takes out the velocity that the push put in.
+    /// The sweep removes the velocity that the push-out added.
     pub(crate) relaxes: bool,
-    /// Greatest net speed of push-out [m/s].
+    /// Maximum net speed of push-out [m/s].
     pub(crate) cap: f32,
-    /// A point that approaches faster is hit [m/s]: see [`HIT_SPEED`].
+    /// Approach speed above which a point is hit [m/s]: see [`HIT_SPEED`].
     pub(crate) hit: f32,
     /// Rounds over the points of a manifold.
     pub(crate) inner: u32,
@@ -19,9 +19,9 @@ pub(crate) struct ContactSweep {
     pub(crate) elapsed: f32,
 }
 
-/// The part of a deep overlap that may be pushed out in a second [1/s]: the cap on the speed grows with
-/// the depth, so that what an impact squeezed together comes apart in half a second. At rest the cap is not
-/// reached.
+/// Part of a deep overlap that may be pushed out in a second [1/s]. The speed limit grows with the
+/// depth, so bodies that an impact pressed together separate in half a second. Equilibrium does not
+/// reach the limit.
 pub(crate) const DEEP_RATE: f32 = 6.0;
 
 pub(crate) const HIT_SPEED: f32 = 0.2;

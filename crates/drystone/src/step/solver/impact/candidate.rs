@@ -1,5 +1,5 @@
-//! One contact that may bounce, out of its block: where it is, how fast it approaches and what it wants. See
-//! [`super::impact`].
+//! A contact that may bounce, copied from its block: computes which of its points approach and
+//! meet, and their speed after the impact. See [`super::impact`].
 
 use fearless_simd::Level;
 
@@ -12,7 +12,8 @@ use crate::step::solver::contact::arena::Blocks;
 use crate::step::solver::contact::block::Extra;
 use crate::step::solver_body::{SolverBody, Whitening, three};
 
-/// Below this a point does not approach [m/s]: a hundred roundings of speeds of 10 m/s.
+/// Speed below which a point does not approach [m/s]: a hundred rounding errors of speeds of 10
+/// m/s.
 pub(crate) const STILL: f32 = 1.0e-4;
 
 /// The solver's rows that impacts read and write.
@@ -25,25 +26,26 @@ pub(crate) struct Source<'a> {
     pub(crate) lines: &'a Rows<'a, SolverBody>,
     pub(crate) aux: &'a Rows<'a, Aux>,
     pub(crate) whitening: &'a Rows<'a, Whitening>,
-    /// Acceleration of each line [m/s²].
+    /// Acceleration of each solver body [m/s²].
     pub(crate) acceleration: &'a Rows<'a, Vec3>,
-    /// The step's time and a substep's.
+    /// Duration of the step and of a substep.
     pub(crate) dt: f32,
     pub(crate) h: f32,
-    /// Number of the group's first line; body row of line k + 1.
+    /// Number of the group's first solver body; body row of solver body k + 1.
     pub(crate) first_line: usize,
     pub(crate) members: &'a [u32],
     pub(crate) bodies: &'a Bodies,
 }
 
 impl Source<'_> {
-    /// What few contacts have, of a block.
+    /// The optional data of a block.
     #[inline]
     pub(crate) fn extra(&self, block: usize) -> Option<&Extra> {
         self.extras.map(|extras| extras.read(block))
     }
 
-    /// True if impacts reflect or stop a lane. What does not bounce and is a spring of its own, or on a joint, is left to the sweep.
+    /// True if impacts reflect or stop a lane. A contact without bounce that has its own spring
+    /// softness, or a body on a joint, is left to the sweep.
     pub(crate) fn takes_part(&self, block: usize, lane: usize) -> bool {
         if self.restitution(block, lane) > 0.0 {
             return true;
@@ -62,30 +64,31 @@ impl Source<'_> {
     }
 }
 
-/// When in the step, and how long.
+/// Time in the step, and thresholds of impacts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment {
-    /// Substeps that positions have advanced, of how many.
+    /// Substeps by which positions have advanced, and the number of substeps.
     pub(crate) done: u16,
     pub(crate) substeps: u16,
     pub(crate) h: f32,
-    /// Velocities have the forces of the next substep already.
+    /// Velocities already contain the forces of the next substep.
     pub(crate) kicked: bool,
-    /// Least speed of a bounce [m/s], and the greatest speed of push-out.
+    /// Minimum speed of a bounce [m/s], and maximum speed of push-out.
     pub(crate) least: f32,
     pub(crate) push: f32,
-    /// Least speed of a blow at a contact that does not bounce [m/s].
+    /// Minimum speed of an impact at a contact that does not bounce [m/s].
     pub(crate) blow: f32,
     /// See [`STILL`].
     pub(crate) still: f32,
 }
 
-/// One point that approaches.
+/// One approaching point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Hit {
     pub(crate) candidate: u32,
     pub(crate) lines: [u32; 2],
-    /// Once the candidate has one, and whether this hit is the first for which it has.
+    /// Index of the candidate's response, if it has one, and whether this hit is the first to use
+    /// it.
     pub(crate) response: u32,
     pub(crate) fresh: bool,
     /// Row of the contact.
@@ -96,68 +99,73 @@ pub(crate) struct Hit {
     pub(crate) gain: f32,
     pub(crate) speed: f32,
     pub(crate) impulse: f32,
-    /// Approach that stays, of what does not bounce: it comes as far as the surface [m/s].
+    /// Approach speed that remains at a contact without bounce: it closes the gap to the surface
+    /// [m/s].
     pub(crate) keeps: f32,
-    /// Hits that bodies link have the same: the number of the first of them.
+    /// Number of the first hit in the set: hits linked by bodies form one set.
     pub(crate) part: u32,
 }
 
-/// A contact that can bounce: where it stands.
+/// Place of a contact that can bounce.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     pub(crate) lines: [u32; 2],
     pub(crate) block: u32,
     pub(crate) lane: u8,
-    /// Where it stands among the contacts around its lines; of one that is none there is no place.
+    /// Places in the lists of contacts around its solver bodies; [`NONE`] for a missing solver
+    /// body.
     pub(crate) places: [u32; 2],
 }
 
-/// Most rounds that hit the same contact of one point, and of several: as many touching bodies can come
-/// in to a row. More of them go to boxes that rattle on two edges, where friction and bounce feed each
-/// other.
+/// Maximum rounds that hit the same contact, with one point and with several. A row of up to this
+/// number of touching bodies can arrive at it. More rounds would serve only boxes that rattle on
+/// two edges, where friction and bounce feed each other.
 const HITS: [u8; 2] = [8, 3];
 
-/// Most rounds that hit the same contact if it does not bounce: a blow takes turns between a body and what it rests on, and loses a part
-/// in each.
+/// Maximum rounds that hit the same contact if it does not bounce. Such an impact alternates
+/// between a body and its support, and loses a part in each round.
 const BLOWS: u8 = 24;
 
-/// A contact that can bounce, out of its block once it is looked at: what a look reads, in three cache lines.
+/// A contact that can bounce, copied from its block at the first evaluation. An evaluation reads
+/// three cache lines.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Candidate {
     pub(crate) lines: [u32; 2],
     pub(crate) block: u32,
     pub(crate) lane: u8,
-    /// Its points, bits.
+    /// Bits of its points.
     points: u8,
-    /// How often it was hit in this substep.
+    /// Number of hits in this substep.
     pub(crate) hits: u8,
     most_hits: u8,
-    /// Speeds of all points along the normal when it was last looked at.
+    /// Speeds of all points along the normal at the last evaluation.
     speed: [f32; 4],
-    /// The same before any impact of this pass.
+    /// Speeds before any impact of this pass.
     before: [f32; 4],
     /// Separations at the step's start, and now.
     s0: [f32; 4],
     s: [f32; 4],
-    /// How the points' rows turn A and B: component, point.
+    /// Angular rows of the points for A and B: component, point.
     pub(crate) a: [[f32; 4]; 3],
     pub(crate) b: [[f32; 4]; 3],
     pub(crate) n: Vec3,
     pub(crate) alpha: f32,
     pub(crate) beta: f32,
-    /// Its response, once it was hit in this step.
+    /// Its response, after it was hit in this step.
     pub(crate) response: u32,
-    /// Least speed at which it bounces without a load.
+    /// Minimum speed at which it bounces without a load.
     least: f32,
-    /// The same after a blow that it does not bounce off, for what was left of the gap: twice what forces give in a substep.
+    /// Minimum speed after an impact without bounce, for closing the rest of the gap: twice the
+    /// speed that forces add in a substep.
     follows: f32,
-    /// The pass that it was last placed in, counted from 1.
+    /// The last pass in which its separations were computed, counted from 1.
     placed: u16,
     /// A kinematic body gives its points speed.
     drifts: bool,
     bounces: bool,
-    /// Its points that meet before any impact of this pass, and all of one that bounces: bits.
+    /// Bits of the points that meet before any impact of this pass; all points of a contact that
+    /// bounces.
     own: u8,
 }
 
@@ -168,7 +176,8 @@ fn along(rows: &[[f32; 4]; 3], v: Vec3) -> [f32; 4] {
 }
 
 impl Candidate {
-    /// Becomes that of a contact that is not yet looked at: what is left of another one goes with [`Self::load`].
+    /// Reuses the memory for another contact, whose data [`Self::load`] fills at the first
+    /// evaluation.
     pub(crate) fn restart(&mut self, entry: &Entry) {
         let Entry { lines, block, lane, .. } = *entry;
         (self.lines, self.block, self.lane, self.placed) = (lines, block, lane, 0);
@@ -180,7 +189,7 @@ impl Candidate {
         let block = source.blocks.read(self.block as usize);
         let lane = usize::from(self.lane);
         self.n = at(&block.n, lane);
-        // Of a contact with a fixed body its rows are not filled.
+        // In a contact with a fixed body, that body's rows are not filled.
         let [of_a, of_b] = self.lines.map(|line| line != 0);
         if of_a {
             self.alpha = block.alpha[lane];
@@ -190,7 +199,8 @@ impl Candidate {
         }
         let points = block.points.iter().take(usize::from(block.count));
         for (j, p) in points.enumerate() {
-            // The block has as many as its fullest lane: which that is must not show.
+            // The block has the point count of its fullest lane, which must not affect this
+            // contact.
             self.points |= u8::from(p.mass[lane] > 0.0) << j;
             self.s0[j] = p.s0[lane];
             for i in 0..3 {
@@ -217,20 +227,20 @@ impl Candidate {
         self.least = least.max(moment.still);
     }
 
-    /// Speeds of the points along the normal that come from kinematic bodies.
+    /// Speeds of the points along the normal that kinematic bodies cause.
     fn drift(&self, source: &Source<'_>) -> [f32; 4] {
         let extra = if self.drifts { source.extra(self.block as usize) } else { None };
         let Some(extra) = extra else { return [0.0; 4] };
         extra.drift.map(|drift| drift[usize::from(self.lane)])
     }
 
-    /// Asks for the lines that a look reads.
+    /// Prefetches the solver bodies for an evaluation.
     #[inline]
     pub(crate) fn ask(&self, source: &Source<'_>) {
         self.lines.into_iter().for_each(|line| source.lines.prefetch(line as usize, 1));
     }
 
-    /// Which of its points approach and meet within the substep, in this pass: bits.
+    /// Bits of the points that approach and meet within the substep, in this pass.
     pub(crate) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) -> u8 {
         let is_new = || source.blocks.read(self.block as usize).is_renewed;
         if self.placed == 0 || (self.placed != pass && is_new()) {
@@ -254,7 +264,8 @@ impl Candidate {
         (met & self.own) | self.pressed(moment)
     }
 
-    /// Points that only impacts around them press, bits: what rests on something that is hit.
+    /// Bits of the points that only surrounding impacts press: contacts of bodies that rest on a
+    /// body that is hit.
     fn pressed(&self, moment: &Moment) -> u8 {
         let mut pressed = 0;
         for j in 0..4 {
@@ -263,14 +274,14 @@ impl Candidate {
         pressed & self.points & !self.own
     }
 
-    /// Approach that a hit leaves to a point: what closes its gap, and what it had before if only impacts around it press it. That is
-    /// its load's.
+    /// Approach speed that remains at a point after a hit: the speed that closes its gap. If only
+    /// surrounding impacts press the point, also its speed before them, which belongs to its load.
     fn keeps(&self, moment: &Moment, j: usize) -> f32 {
         let kept = self.kept(moment, j);
         if self.own >> j & 1 == 1 { kept } else { kept.max(-self.before[j]) }
     }
 
-    /// Separations at the start of a substep.
+    /// Computes the separations at the start of a substep.
     fn place(&mut self, source: &Source<'_>, elapsed: f32) {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let moved = self.n.dot(three(b.x) * self.beta - three(a.x) * self.alpha);
@@ -292,8 +303,9 @@ impl Candidate {
         core::array::from_fn(|l| u + turn_b[l] - turn_a[l] + drift[l])
     }
 
-    /// The points that approach and meet within the substep, faster than what rests: bits. Of what does not bounce, those that
-    /// approach faster by a blow than brings them to the surface.
+    /// Bits of the points that approach and meet within the substep, faster than a resting contact.
+    /// In a contact without bounce: points whose approach exceeds the gap's closing speed by that
+    /// of an impact.
     #[inline]
     fn meets(&self, source: &Source<'_>, moment: &Moment) -> u8 {
         let faster = |least: f32| {
@@ -313,17 +325,18 @@ impl Candidate {
         if faster(least) == 0 {
             return 0;
         }
-        // What carries a load rests, and its neighbors' push-out and the weight above it may move it.
+        // A contact under load is at rest, and push-out of its neighbors and the weight above may
+        // move it.
         let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
         faster(least + carried)
     }
 
-    /// Approach that closes the gap of a point in the substep [m/s].
+    /// Approach speed that closes the gap of a point in the substep [m/s].
     fn kept(&self, moment: &Moment, j: usize) -> f32 {
         self.s[j].max(0.0) / moment.h
     }
 
-    /// Speed that the contact's load makes in a substep.
+    /// Speed that the contact's load causes in a substep.
     fn carried(&self, source: &Source<'_>) -> f32 {
         let block = source.blocks.read(self.block as usize);
         let mut load = 0.0;
@@ -333,7 +346,7 @@ impl Candidate {
         load * (self.alpha * self.alpha + self.beta * self.beta)
     }
 
-    /// Fills in what a hit of one of its points needs.
+    /// Fills the data of a hit at one of the points.
     pub(crate) fn tell(&self, source: &Source<'_>, moment: &Moment, hit: &mut Hit) {
         let (block, lane) = (self.block as usize, usize::from(self.lane));
         let point = usize::from(hit.point);
@@ -348,19 +361,21 @@ impl Candidate {
         }
     }
 
-    /// Speed of a point after the bounce over the one before: its energy at the surface, times e², less
-    /// what it has at the place where it is, and what the substeps of this step lose of it.
+    /// Speed of a point after the bounce over that before. Its energy at the surface is multiplied
+    /// by e². Subtracted are the potential energy at its present height and the energy that the
+    /// substeps of this step lose.
     fn gain(&self, source: &Source<'_>, moment: &Moment, e: f32, j: usize) -> f32 {
         let w = self.speed[j];
         let lane = usize::from(self.lane);
         let fall = source.extra(self.block as usize).map_or(0.0, |extra| extra.fall[lane]);
-        // What rests is held against gravity.
+        // A resting contact is supported against gravity.
         let fall = if self.carried(source) > 0.0 { 0.0 } else { fall };
-        // In every velocity of the substep, of what bounced and was sent back too.
+        // The kick is in every velocity of the substep, also for points that bounced and were
+        // reflected again.
         let kick = if moment.kicked { fall * moment.h } else { 0.0 };
         let bounced = self.response != NONE;
         let lost = if bounced { 0.0 } else { (fall * moment.h) * (fall * moment.h) };
-        // What came in deep was not seen before; no deeper than it moves in a step.
+        // Deep overlaps were not detected in time: limit the depth to the displacement of a step.
         let s = self.s[j].max(w * moment.h * f32::from(moment.substeps));
         let height = 2.0 * fall * s;
         let before = (w - kick) * (w - kick) - height + lost * f32::from(moment.done);

@@ -1,4 +1,4 @@
-//! Impacts in the solver: when they are looked for.
+//! Runs the impact passes of the solver.
 
 use super::candidate::{Moment, STILL, Source};
 use crate::base::threads::jobs::Jobs;
@@ -7,7 +7,7 @@ use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
 
 impl Solver<'_> {
-    /// True if something may bounce or get a blow in this step.
+    /// True if some contact may bounce or get an impact in this step.
     pub(crate) fn collides(&self) -> bool {
         self.has_extras || self.blows
     }

@@ -1,4 +1,4 @@
-//! Hits of an island: found among its candidates, and put together into sets that bodies link.
+//! Finds the hits of an island among its candidates, and groups them into sets linked by bodies.
 
 use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::state::bodies::NONE;
@@ -12,7 +12,7 @@ pub(super) const fn small(i: usize) -> u8 {
     i as u8
 }
 
-/// The first hit of the set that a hit is in.
+/// The first hit in the set of a hit.
 pub(super) fn root(hits: &[Hit], of: u32) -> u32 {
     let mut at = of;
     while hits[at as usize].part != at {
@@ -22,8 +22,9 @@ pub(super) fn root(hits: &[Hit], of: u32) -> u32 {
 }
 
 impl Impacts {
-    /// The points that approach and meet in this substep, of the candidates that were looked at. Of several on a
-    /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
+    /// Lists the points that approach and meet in this substep, among the evaluated candidates. If
+    /// a body has several, those of maximum restitution come first: energy could grow if unequal
+    /// ones were reflected together.
     pub(crate) fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         let Self {
             ends,
@@ -84,10 +85,10 @@ impl Impacts {
         }
     }
 
-    /// Puts hits that bodies link in one set, one set after the other.
+    /// Groups the hits that bodies link into contiguous sets.
     pub(crate) fn link_hits(&mut self, source: &Source<'_>) {
         let Self { ends, hits, parts, spare, places, .. } = self;
-        // A set is a tree of hits, each above one of a lower number.
+        // A set is a tree of hits, in which each parent has a lower number.
         for i in 0..hits.len() {
             let number = index(i);
             hits[i].part = number;
@@ -123,7 +124,8 @@ impl Impacts {
         }
     }
 
-    /// Looks at the contacts around what is hit for the first time: how fast they approach before that.
+    /// Evaluates the contacts around bodies that are hit for the first time, to get their approach
+    /// speeds before that.
     pub(crate) fn wake_around(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
         let known = self.looked.len();
         for i in 0..self.hits.len() {

@@ -1,20 +1,24 @@
-//! Impacts: pairs that meet within a substep bounce before the sweep sees them.
+//! Impacts: bounces pairs that meet within a substep, before the sweep stops them.
 //!
-//! Reads: blocks, extras (restitution), motion. Writes: lines (velocity), extras (which contacts were
-//! hit). Runs: over the islands of a group in which a pair arrives in this step, over contacts
-//! around bodies that take part; other groups pay for a look at one flag a block. In an island of its own group
-//! parallel over candidates that are looked at, over hits, and over sets of hits that bodies link. Invariant: neither islands nor
-//! sets see each other, and hits of a set are taken in the order of their contacts' rows, so neither grouping nor the number
-//! of workers shows.
+//! Reads: blocks, extras (restitution), motion. Writes: solver bodies (velocity), blocks (which
+//! contacts were hit). Runs: over the islands of a group in which a pair arrives in this step, and
+//! over the contacts around bodies that take part. In other groups it costs one flag per block. An
+//! island with a group of its own runs in parallel over evaluated candidates, over hits, and over
+//! sets of hits that bodies link.
 //!
-//! In an island, rounds of reflections [Smith12]: points that approach, of bodies that other such points link,
-//! are stopped together, by impulses that only push, and then get e times the same impulses once more. That
-//! keeps energy for e = 1 and never adds any, treats what is symmetric symmetrically, and sends an
-//! impact through a row of touching balls one by one. Friction follows under the impulses of the round.
-//! What still approaches after the last round, or too slowly, is left to the sweep, which stops it.
+//! Invariant: islands and sets do not affect each other, and the hits of a set are solved in the
+//! order of their contacts' rows. So neither the grouping nor the number of workers changes the
+//! result.
+//!
+//! Each island runs rounds of reflections [Smith12]. Approaching points that bodies link are
+//! stopped together, by impulses that only push, and then get e times the same impulses once more.
+//! That keeps energy for e = 1 and never adds any. It treats symmetric problems symmetrically, and
+//! an impact travels through a row of touching balls one by one. Friction follows, limited by the
+//! impulses of the round. Points that still approach after the last round, or that approach too
+//! slowly, are stopped by the sweep.
 //!
 //! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
-//! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
+//! surface, kick = the speed that gravity adds in a substep. See docs/derivations/impacts.md.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 pub(crate) mod candidate;
@@ -36,11 +40,11 @@ use crate::base::threads::jobs::{Jobs, collect_ranges, for_items, for_ranges, gr
 use crate::state::bodies::NONE;
 use crate::step::solver::impact::hits::small;
 
-/// Most rounds in a substep: an impact runs through a row of as many bodies.
+/// Maximum rounds in a substep: an impact travels through a row of this number of bodies.
 const ROUNDS: u32 = 64;
 
-/// If a round has a hit for so many candidates, all candidates are asked whether one of their lines was hit; else the contacts
-/// around each of those lines are listed.
+/// If a round has at least one hit per this number of candidates, all candidates are scanned for
+/// hit solver bodies. Otherwise the contacts around each hit solver body are listed.
 const FEW: usize = 16;
 
 /// Memory of one group's impacts, kept from step to step.
@@ -48,57 +52,62 @@ const FEW: usize = 16;
 pub(super) struct Impacts {
     /// Contacts of the group that can bounce.
     entries: Vec<Entry>,
-    /// Their candidates, once they have one.
+    /// Candidate of each entry, if it has one.
     touch_of: Vec<u32>,
     ends: Vec<End>,
-    /// Entries around each line, line after line, and their candidates.
+    /// Entries around each solver body, one solver body after another, and their candidates.
     around: Vec<u32>,
     near: Vec<u32>,
-    /// Island and entry of what arrives in this step.
+    /// Island and entry of each arriving contact in this step.
     arrivals: Vec<(u32, u32)>,
-    /// As many as there are numbers in `looked`; what follows is of steps before.
+    /// Candidates; only the first `looked.len()` are in use, the rest is left over from earlier
+    /// steps.
     candidates: Vec<Candidate>,
-    /// Of the candidates that were hit: as many as are given out, and those of steps before.
+    /// Responses of the candidates that were hit; the first `answered` are in use.
     responses: Vec<Response>,
     answered: u32,
-    /// Lines of each candidate, in a row: candidates are far from each other.
+    /// Solver bodies of each candidate, stored contiguously, because candidates are far apart in
+    /// memory.
     lines_of: Vec<[u32; 2]>,
-    /// The candidate of the same island that follows each.
+    /// The next candidate of the same island.
     next: Vec<u32>,
     /// First and last candidate of each island.
     runs: Vec<[u32; 2]>,
     hits: Vec<Hit>,
     /// First hit of each set that bodies link.
     parts: Vec<usize>,
-    /// Memory to put the hits of a set next to each other.
+    /// Memory to make the hits of a set contiguous.
     spare: Vec<Hit>,
     places: Vec<u32>,
-    /// Touches that the next round looks at, and which of their points approach and meet in the substep, bits.
+    /// Candidates that the next round evaluates, and bits of their points that approach and meet in
+    /// the substep.
     looks: Vec<u32>,
     met_points: Vec<u8>,
-    /// The round in which each candidate was last put among the looks, all rounds of the step counted from 1.
+    /// The round in which each candidate was last listed for evaluation; all rounds of the step are
+    /// counted from 1.
     looked: Vec<u32>,
     round: u32,
-    /// Touches that are found to be looked at, by ranges of all.
+    /// Candidates found for evaluation, one list for each range.
     found: Vec<Vec<u32>>,
     /// Number of the pass.
     pass: u16,
-    /// Lines of the candidates, and while velocities are without the carried impulses, those.
+    /// Solver bodies of the candidates; and their carried impulses, while velocities are without
+    /// these.
     met: Vec<u32>,
     carried: Vec<Carried>,
     lifted: bool,
 }
 
-/// A line, as an end of contacts.
+/// A solver body, as an end of contacts.
 #[derive(Clone, Copy, Debug)]
 struct End {
     first: u32,
     count: u32,
-    /// Its contacts are looked at.
+    /// Its contacts are candidates.
     live: bool,
-    /// It is a line of a candidate.
+    /// It belongs to a candidate.
     met: bool,
-    /// Greatest restitution of the points that approach it in this round.
+    /// Maximum restitution of the points that approach it in this round.
     most: f32,
     /// The last hit on it while hits are linked.
     hit: u32,
@@ -116,18 +125,18 @@ pub(crate) fn index(i: usize) -> u32 {
     u32::try_from(i).expect("fewer than 2^32 contacts")
 }
 
-/// The ends among a contact's lines.
+/// The ends among a contact's solver bodies.
 pub(crate) fn ends_of(source: &Source<'_>, lines: [u32; 2]) -> impl Iterator<Item = usize> {
     lines.into_iter().filter(|line| *line != 0).map(|line| line as usize - source.first_line)
 }
 
 impl Impacts {
-    /// For how many contacts there is room.
+    /// Number of contacts for which memory is allocated.
     pub(super) fn room(&self) -> usize {
         self.entries.capacity()
     }
 
-    /// At the step's start: finds what arrives in it, if anything does, and the contacts around.
+    /// Prepares a step: finds the contacts that arrive in it, and those around their bodies.
     pub(super) fn begin(
         &mut self,
         source: &Source<'_>,
@@ -172,7 +181,7 @@ impl Impacts {
                 end.count += 1;
             }
         }
-        // Islands one after the other.
+        // Group the arrivals by island.
         self.arrivals.sort_unstable();
         let mut island = NONE;
         for i in 0..self.arrivals.len() {
@@ -189,7 +198,7 @@ impl Impacts {
                 }
             }
         }
-        // In the order of the blocks, for lanes of one block are next to each other.
+        // In the order of the blocks, because lanes of one block are adjacent in memory.
         for entry in 0..self.entries.len() {
             let run = core::mem::replace(&mut self.touch_of[entry], NONE);
             if run != NONE {
@@ -207,7 +216,7 @@ impl Impacts {
             }
             let lines = [block.row_a[lane], block.row_b[lane]];
             let line = lines[0].max(lines[1]);
-            // A body that was put aside may still be named by a contact.
+            // A contact may still name a body that was deactivated.
             if line == 0 {
                 continue;
             }
@@ -224,7 +233,7 @@ impl Impacts {
         }
     }
 
-    /// Looks at all contacts of two bodies from now on.
+    /// Makes candidates of all contacts of two bodies.
     fn wake(&mut self, source: &Source<'_>, lines: [u32; 2], run: usize) {
         for line in lines {
             for k in self.liven(source, line) {
@@ -236,7 +245,8 @@ impl Impacts {
         }
     }
 
-    /// A line takes part in impacts from now on: where its entries stand in `around`, if it did not before.
+    /// Activates a solver body for impacts. Returns the range of its entries in `around`, or an
+    /// empty one if it was active.
     fn liven(&mut self, source: &Source<'_>, line: u32) -> core::ops::Range<usize> {
         if line == 0 {
             return 0..0;
@@ -289,12 +299,12 @@ impl Impacts {
         *tail = number;
     }
 
-    /// All impacts of a substep.
+    /// Solves all impacts of a substep.
     ///
-    /// After the forces velocities have the impulses that are carried from the last substep too. They
-    /// are a guess that the sweep corrects, and may be the stop of something at 250 m/s that is over:
-    /// another contact of the body would reflect that, and return energy that nothing had. So impacts see
-    /// velocities without them.
+    /// After forces, velocities also contain the impulses carried from the last substep. These are
+    /// a guess that the sweep corrects. They may still contain the stop of a body at 250 m/s that
+    /// is over. Another contact of the body would reflect that velocity and create energy. So
+    /// impacts use velocities without them.
     pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         if self.runs.is_empty() {
             return;
@@ -317,13 +327,13 @@ impl Impacts {
         self.lifted = false;
     }
 
-    /// What each contact that was hit in this step got: block, lane, impulses.
+    /// Impulses of each contact that was hit in this step: block, lane, impulses.
     pub(super) fn given(&self) -> impl Iterator<Item = (usize, usize, &Bounce)> {
         let answered = if self.runs.is_empty() { 0 } else { self.answered as usize };
         self.responses[..answered].iter().map(Response::given)
     }
 
-    /// Calls `f` with each line that was met and what is carried for it, if anything is.
+    /// Calls `f` with each candidate's solver body and its carried impulses, if there are any.
     fn for_met(&mut self, jobs: &Jobs<'_>, f: impl Fn(usize, &mut Carried) + Sync) {
         let (met, carried) = (&self.met, &mut self.carried);
         let piece = grain(jobs, carried.len(), 128);
@@ -334,7 +344,7 @@ impl Impacts {
         });
     }
 
-    /// All rounds of an island.
+    /// Runs all rounds of an island.
     fn reflect_all(&mut self, source: &Source<'_>, moment: &Moment, run: usize, jobs: &Jobs<'_>) {
         self.looks.clear();
         let mut at = self.runs[run][0];
@@ -356,12 +366,12 @@ impl Impacts {
         }
     }
 
-    /// Which points of the candidates to look at approach.
+    /// Evaluates the listed candidates: finds the points that approach.
     fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         let Self { candidates, looks, met_points, pass, .. } = self;
         met_points.clear();
         met_points.resize(looks.len(), 0);
-        // SAFETY: each look is of one range, and no candidate is looked at twice.
+        // SAFETY: each index belongs to one range, and no candidate is listed twice.
         let apart = unsafe { Apart::promise() };
         let (candidates, met_points) = (Rows::new(candidates, apart), Rows::new(met_points, apart));
         for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
@@ -378,18 +388,19 @@ impl Impacts {
         });
     }
 
-    /// All sets of hits: what bodies link is in one.
+    /// Reflects all sets of hits; a set contains all hits that bodies link.
     fn reflect(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let Self { candidates, responses, hits, parts, pass, .. } = self;
         let n = hits.len();
-        // SAFETY: each set of hits is of one range, and hits that a body or a candidate links are in one set.
+        // SAFETY: each set of hits belongs to one range, and hits that a body or a candidate links
+        // are in one set.
         let apart = unsafe { Apart::promise() };
         let candidates = Rows::new(candidates, apart);
         let (responses, hits) = (Rows::new(responses, apart), Rows::new(hits, apart));
         for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
             let of = |i: usize| hits.slice(parts[i]..parts.get(i + 1).map_or(n, |next| *next));
-            // In the order of the contacts' rows: that of the candidates is the order of blocks, which the number of workers
-            // changes.
+            // Sort by contact row. The order of candidates is that of blocks, which depends on the
+            // number of workers.
             for i in range.clone() {
                 of(i).sort_unstable_by_key(|hit| (hit.contact, hit.point));
             }
@@ -411,7 +422,7 @@ impl Impacts {
         });
     }
 
-    /// What follows from a round: who is looked at.
+    /// Lists the candidates that the next round evaluates.
     fn settle(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let many = self.hits.len() * FEW >= self.looked.len();
         for i in 0..self.hits.len() {
@@ -438,11 +449,11 @@ impl Impacts {
         }
     }
 
-    /// Lists the candidates of lines that were hit in this round.
+    /// Lists the candidates of solver bodies that were hit in this round.
     fn find_struck(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let Self { looked, lines_of, ends, found, looks, round, .. } = self;
         let n = looked.len();
-        // SAFETY: each number is of one range.
+        // SAFETY: each number belongs to one range.
         let looked = Rows::new(looked, unsafe { Apart::promise() });
         collect_ranges(jobs, n, grain(jobs, n, 256), found, |range, found| {
             for number in range {

@@ -1,4 +1,4 @@
-//! Hits that bodies link: stopped together, and sent back. See [`super::impact`].
+//! Stops hits that bodies link together, and reflects them. See [`super::impact`].
 
 use fearless_simd::Simd;
 
@@ -6,12 +6,12 @@ use super::candidate::{Candidate, Hit, Source};
 use super::response::{Reaction, Response};
 use crate::base::threads::disjoint::Rows;
 
-/// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
-/// to their common stop by 16 in each.
+/// Maximum sweeps over the points of one round. One point needs one sweep; the error of two balls
+/// side by side falls by a factor of 16 in each.
 const SWEEPS: u32 = 24;
 
-/// A round has converged when no impulse changes a speed by more than this part of the greatest one:
-/// what it leaves of speed and energy is of that order.
+/// A round has converged when no impulse changes a speed by more than this part of the maximum one.
+/// The remaining errors of speed and energy are of that order.
 const PRECISION: f32 = 1.0e-5;
 
 /// Hits that bodies link.
@@ -24,8 +24,8 @@ pub(crate) struct Part<'a, S: Simd> {
 }
 
 impl<S: Simd> Part<'_, S> {
-    /// Calls `f` with each response and its hits; gives what it answers, in sum. If the hits are of one contact, it
-    /// may keep the reaction to itself until that is over.
+    /// Calls `f` with each response and its hits; returns the sum of the results. If all hits are
+    /// of one contact, the reaction is kept until the end of the round.
     #[inline(always)]
     fn each<const ALONE: bool>(
         &mut self,
@@ -46,8 +46,9 @@ impl<S: Simd> Part<'_, S> {
         sum
     }
 
-    /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
-    /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
+    /// Stops all hits together, with friction. Then applies their impulses once more, times their
+    /// gains, but with no more energy than the stop removed [Poisson's hypothesis], and friction
+    /// again.
     #[inline(always)]
     pub(crate) fn reflect<const ALONE: bool>(mut self, pass: u16) {
         let simd = self.simd;
@@ -102,8 +103,8 @@ impl<S: Simd> Part<'_, S> {
             }
             returned
         });
-        // Where friction and normals work on each other, all of the impulse can be too much (Kane).
-        // What a kinematic body does is not limited.
+        // Where friction and normal impulses interact, the full impulse can add energy (Kane). The
+        // work of kinematic bodies is not limited.
         let mut part = 1.0;
         let square = returned - rate;
         if !driven && work + returned > -PRECISION * work && square > 0.0 {

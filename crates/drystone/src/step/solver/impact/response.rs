@@ -1,5 +1,5 @@
-//! How a contact that is hit answers impulses: its rows, and the reaction in which they act before its bodies hear
-//! of them. See [`super::impact`].
+//! Response of a contact that is hit: its rows, and the reaction that accumulates impulses before
+//! they are applied to its bodies. See [`super::impact`].
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -9,7 +9,8 @@ use crate::base::simd::wide::{LANES, Lanes, Vec3w, Wide, at, load, put, splat};
 use crate::step::solver::totals_rows::Bounce;
 use crate::step::solver_body::three;
 
-/// Rows of a response, one a lane: the normals of up to four points, friction along two tangents, twist.
+/// Rows of a response, one in each lane: the normals of up to four points, friction along two
+/// tangents, twist.
 const FRICTION: usize = 4;
 
 const ROWS: usize = 7;
@@ -21,38 +22,40 @@ pub(crate) struct Response {
     lines: [u32; 2],
     block: u32,
     lane: u8,
-    /// One of the bodies is kinematic and moves.
+    /// One of the bodies is a moving kinematic body.
     pub(crate) driven: bool,
-    /// All rows are known.
+    /// All rows are filled.
     loaded: bool,
-    /// The pass in which the impulses below were given.
+    /// The pass of the impulses below.
     pass: u16,
     n: Vec3,
     t: [Vec3; 2],
     alpha: f32,
     beta: f32,
     mu: f32,
-    /// Kinetic friction as a part of static friction.
+    /// Kinetic friction as a fraction of static friction.
     kinetic: f32,
-    /// Inverse of the matrix of friction's rows, as in the block, and the step of what slides.
+    /// Inverse of the matrix of friction's rows, as in the block, and the step size for sliding.
     mass_t: [f32; 6],
     mass_slide: f32,
-    /// Masses that the points' rows feel, 0 where there is no point.
+    /// Effective masses of the points' rows; 0 for missing points.
     pub(crate) mass: [f32; 4],
     /// Impulses of this substep's impacts: normal and friction.
     given: [f32; 4],
     rubbed: [f32; 3],
-    /// How the rows turn A and B, and the speed that kinematic bodies give them: component, row.
+    /// Angular rows for A and B, and the speed that kinematic bodies cause in the rows: component,
+    /// row.
     a: [Lanes; 3],
     b: [Lanes; 3],
     drift: Lanes,
-    /// What an impulse along a row adds to the speeds of all.
+    /// Change of all rows' speeds by a unit impulse along each row.
     answer: [Lanes; ROWS],
-    /// What it gave in this step.
+    /// Impulses in this step.
     bounce: Bounce,
 }
 
-/// Speeds of a response's rows in a reaction, and the impulses along them that its bodies did not yet get.
+/// Speeds of a response's rows in a reaction, and the impulses along them that are not yet applied
+/// to the bodies.
 #[derive(Clone, Copy)]
 pub(crate) struct Reaction<S: Simd> {
     speeds: Wide<S>,
@@ -65,7 +68,7 @@ impl<S: Simd> Reaction<S> {
         Self { speeds: splat(simd, 0.0), impulse: [0.0; LANES] }
     }
 
-    /// Speeds of all rows: of points along the normal, negative while they approach.
+    /// Speeds of all rows; those of points are along the normal, negative while they approach.
     #[inline(always)]
     pub(crate) fn speeds(&self) -> Lanes {
         let mut speeds = [0.0; LANES];
@@ -93,7 +96,7 @@ fn combine<S: Simd>(simd: S, rows: &[Lanes; 3], factors: Wide<S>) -> Vec3 {
 }
 
 impl Response {
-    /// With the points' rows of a candidate; the others are not yet known.
+    /// Makes a response with the points' rows of a candidate; the other rows are filled later.
     pub(crate) fn new(candidate: &Candidate) -> Self {
         let rows =
             |of: [[f32; 4]; 3]| of.map(|[r1, r2, r3, r4]| [r1, r2, r3, r4, 0.0, 0.0, 0.0, 0.0]);
@@ -101,7 +104,7 @@ impl Response {
         Self { lines, block, lane, n, alpha, beta, a: rows(a), b: rows(b), ..Self::default() }
     }
 
-    /// Block and lane of its contact, and what it gave in this step.
+    /// Block and lane of its contact, and its impulses in this step.
     pub(crate) fn given(&self) -> (usize, usize, &Bounce) {
         (self.block as usize, usize::from(self.lane), &self.bounce)
     }
@@ -115,7 +118,7 @@ impl Response {
         (self.mass_t, self.mass_slide) = (block.mass_t.map(|m| m[lane]), block.mass_slide[lane]);
         self.kinetic = extra.filter(|extra| extra.slips).map_or(1.0, |extra| extra.kinetic[lane]);
         for i in 0..3 {
-            // Of a contact with a fixed body its rows are not filled.
+            // In a contact with a fixed body, that body's rows are not filled.
             if self.lines[0] != 0 {
                 put(&mut self.a, FRICTION + i, at(&block.a_t[i], lane));
             }
@@ -131,7 +134,8 @@ impl Response {
         self.driven = self.drift.iter().any(|drift| *drift != 0.0);
     }
 
-    /// Makes known what its rows answer, the products of each with all, whitened. In a new pass nothing has been given yet.
+    /// Computes the whitened products of each row with all others, once. In a new pass, resets the
+    /// impulses.
     #[inline(always)]
     pub(crate) fn couple<S: Simd>(&mut self, simd: S, source: &Source<'_>, pass: u16) {
         if core::mem::replace(&mut self.pass, pass) != pass {
@@ -151,7 +155,7 @@ impl Response {
         }
     }
 
-    /// A reaction that begins: the speeds that the bodies have, and no impulse.
+    /// Begins a reaction: with the bodies' speeds, and no impulse.
     #[inline(always)]
     pub(crate) fn reaction<S: Simd>(&self, simd: S, source: &Source<'_>) -> Reaction<S> {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
@@ -163,14 +167,14 @@ impl Response {
         Reaction { speeds, impulse: [0.0; LANES] }
     }
 
-    /// An impulse along a row, in the reaction alone.
+    /// Applies an impulse along a row, within the reaction only.
     #[inline(always)]
     fn act<S: Simd>(&self, simd: S, reaction: &mut Reaction<S>, row: usize, d: f32) {
         reaction.impulse[row] += d;
         reaction.speeds += load(simd, &self.answer[row]) * splat(simd, d);
     }
 
-    /// An impulse `d` along the normal at point `j`; gives its work [J].
+    /// Applies an impulse `d` along the normal at point `j`; returns its work [J].
     #[inline(always)]
     pub(crate) fn push<S: Simd>(
         &mut self,
@@ -185,8 +189,8 @@ impl Response {
         0.5 * d * (before + reaction.speeds()[j])
     }
 
-    /// Friction and twist in one limit, as in the sweep: that of the whole impulse of the bounce; gives their
-    /// work [J].
+    /// Applies friction and twist within one limit, as in the sweep: the limit of the bounce's
+    /// whole impulse. Returns their work [J].
     #[inline(always)]
     pub(crate) fn rub<S: Simd>(&mut self, simd: S, reaction: &mut Reaction<S>) -> f32 {
         let [g1, g2, g3, g4] = self.given;
@@ -217,7 +221,7 @@ impl Response {
         0.5 * (d[0] * (s1 + r1) + d[1] * (s2 + r2) + d[2] * (s3 + r3))
     }
 
-    /// Gives the impulses of a reaction to the bodies. No later substep repeats them.
+    /// Applies the impulses of a reaction to the bodies. No later substep repeats them.
     #[inline(always)]
     pub(crate) fn deliver<S: Simd>(
         &mut self,

@@ -1,14 +1,16 @@
-//! The joint kernels: eight balls or eight distances at a time.
+//! The kernels of ball and distance joints: solve eight at a time.
 //!
-//! Anchors turn with the bodies within a step, so that a pendulum follows its circle
-//! substep by substep; S is that of the step's start. The warm start of a joint is carried by its
-//! bodies like that of contacts, along the rows that it had: each solve first turns it into the rows of
-//! now, `(J - J_last)ᵀ λ`. Without that the impulse lags behind and a pendulum gains energy.
+//! Anchors rotate with the bodies within a step, so that a pendulum follows its circle substep by
+//! substep; S stays that of the step's start. As for contacts, the bodies carry the warm start of a
+//! joint, along the joint's former rows. Each solve first maps it to the current rows, `(J -
+//! J_last)ᵀ λ`. Without that the impulse lags behind and a pendulum gains energy.
 //!
-//! A relax sweep must not turn it: the impulse of the solve before it has been applied once, at the
-//! arms that it had, and to turn it after positions moved is a force against the motion, g h θ' a sweep
-//! for a pendulum. And its rows stand at the middle of the substep's motion, where the chord that the
-//! bodies moved along is tangent to their path: a steady turn is left alone.
+//! A relax sweep must not map it. The impulse of the solve before it has been applied once, at the
+//! lever arms of that time. To rotate it after the position update would be a force against the
+//! motion, g h θ' per sweep for a pendulum. Also, a relax sweep takes its rows at the middle of the
+//! substep's motion. There the chord along which the bodies moved is tangent to their path, so a
+//! steady rotation is left unchanged.
+//!
 //! See docs/decisions/016-joint-energy.md.
 
 use fearless_simd::{Simd, SimdBase};
@@ -20,7 +22,7 @@ use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, select, spla
 use crate::base::threads::disjoint::{Next, Rows};
 use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 
-/// The block that comes next.
+/// The next block, to prefetch.
 #[derive(Clone, Copy)]
 pub(crate) struct Ahead<'a> {
     pub(crate) block: Next<'a, JointBlock>,
@@ -28,7 +30,7 @@ pub(crate) struct Ahead<'a> {
 }
 
 impl Ahead<'_> {
-    /// Asks for half of it, the first or the second one.
+    /// Prefetches its first or second half.
     #[inline(always)]
     fn ask<S: Simd, R: Root<S>>(&self, half: usize) {
         const LINES: usize = size_of::<JointBlock>() / 64;
@@ -37,7 +39,7 @@ impl Ahead<'_> {
     }
 }
 
-/// Arms, gap and velocities of eight joints now.
+/// Current lever arms, gap and velocities of eight joints.
 struct State<S: Simd, R: Root<S>> {
     alpha: Wide<S>,
     beta: Wide<S>,
@@ -64,7 +66,8 @@ fn read<S: Simd, R: Root<S>>(
     let (va, xa) = sweep.read(simd, lines, &block.row_a);
     let (vb, xb) = sweep.read(simd, lines, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
-    // To second order an arm would grow by an eighth at one radian a step.
+    // An exact rotation: to second order a lever arm would grow by an eighth at one radian per
+    // step.
     let (to_a, to_b) = (Turn::new(simd, sa.mul(xa.w)), Turn::new(simd, sb.mul(xb.w)));
     let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
     let (ra, rb) = (r0a + shift_a, r0b + shift_b);
@@ -78,7 +81,7 @@ fn read<S: Simd, R: Root<S>>(
 }
 
 impl<S: Simd, R: Root<S>> State<S, R> {
-    /// Speed of anchor B against anchor A.
+    /// Velocity of anchor B relative to anchor A.
     #[inline(always)]
     fn slip(&self) -> Vec3w<S> {
         self.vb.v * self.beta - self.va.v * self.alpha
@@ -86,7 +89,8 @@ impl<S: Simd, R: Root<S>> State<S, R> {
             + (self.sb.mul(self.vb.w).cross(self.rb) - self.sa.mul(self.va.w).cross(self.ra))
     }
 
-    /// What turns in a substep add to the gap's mean speed; and the substep, 0 in a relax sweep, whose rows are at its middle.
+    /// Contribution of rotation within the substep to the gap's mean speed; and the substep's
+    /// length, 0 in a relax sweep, whose rows are at the middle of the substep.
     #[inline(always)]
     fn bend(&self, simd: S, sweep: &JointSweep) -> (Vec3w<S>, Wide<S>) {
         if sweep.is_relax {
@@ -97,8 +101,9 @@ impl<S: Simd, R: Root<S>> State<S, R> {
         (bend(simd, [wa, wb], [self.ra, self.rb], h), h)
     }
 
-    /// Adds the moments of an impulse `p` at the arms of now less those that the bodies carry: with the linear part,
-    /// `p` of the last sweep is then as if applied now.
+    /// Adds the moments of an impulse `p` at the current lever arms, less the moments that the
+    /// bodies carry. Together with the carried linear part this equals applying `p` of the last
+    /// sweep now.
     #[inline(always)]
     fn turn_moments(&mut self, simd: S, block: &JointBlock, p: Vec3w<S>) {
         let da = self.ra.cross(p) - Vec3w::load(simd, &block.carried_a);
@@ -107,14 +112,15 @@ impl<S: Simd, R: Root<S>> State<S, R> {
         self.vb.w = self.vb.w + self.sb.mul(db);
     }
 
-    /// Notes the moments that the bodies carry after this sweep: of `p` at the arms of now.
+    /// Stores the moments that the bodies carry after this sweep: those of `p` at the current lever
+    /// arms.
     #[inline(always)]
     fn carry(&self, block: &mut JointBlock, p: Vec3w<S>) {
         self.ra.cross(p).store(&mut block.carried_a);
         self.rb.cross(p).store(&mut block.carried_b);
     }
 
-    /// As [`Self::carry`], for an impulse `d` more than they do.
+    /// Adds the moments of a further impulse `d` to those that the bodies carry.
     #[inline(always)]
     fn carry_more(&self, simd: S, block: &mut JointBlock, d: Vec3w<S>) {
         let (a, b) = (Vec3w::load(simd, &block.carried_a), Vec3w::load(simd, &block.carried_b));
@@ -123,7 +129,7 @@ impl<S: Simd, R: Root<S>> State<S, R> {
     }
 }
 
-/// Solves one block of balls once.
+/// Solves one block of ball joints once.
 #[inline(always)]
 pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     simd: S,
@@ -137,7 +143,7 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     let mut q = read::<S, R>(simd, (block, rest), fixed, lines, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
-        // Its linear part is as it was: the bodies carry it.
+        // The bodies carry the linear part unchanged.
         q.turn_moments(simd, block, old);
     }
     next.ask::<S, R>(1);
@@ -171,7 +177,8 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     store_velocity(simd, lines, &block.row_b, q.vb);
 }
 
-/// Solves one block of distances once: a rod where both limits are the same, else spring and limits.
+/// Solves one block of distance joints once: a rod if both limits are equal, otherwise spring and
+/// limits.
 #[inline(always)]
 pub(crate) fn solve_distance<S: Simd>(
     simd: S,
@@ -187,7 +194,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));
-    // Anchors on one point have no direction: any fixed one will do.
+    // Anchors at one point have no direction: use a fixed one.
     let scale = select(apart, one / length, zero);
     let n = q.gap * scale;
     let n = Vec3w { x: n.x, y: select(apart, n.y, one), z: n.z };
@@ -205,7 +212,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let (bend, h) = q.bend(simd, sweep);
     let slip = q.slip();
     let along = n.dot(slip);
-    // And what the line between the anchors turns: v² h/2 over its length, no more than a chord.
+    // Add the rotation of the line between the anchors: v² h/2 over its length, at most a chord.
     let across = h * splat(simd, 0.5) * (slip.dot(slip) - along * along) * scale;
     let across = across / (one + across * h * splat(simd, 0.5) * scale);
     let mut vn = along + n.dot(bend) + across;
@@ -237,7 +244,7 @@ pub(crate) fn solve_distance<S: Simd>(
     vn += k * d;
     pushed += d;
 
-    // Upper limit: pulls together.
+    // Upper limit: pulls the anchors together.
     let gap = most - length;
     let open = above(gap, zero);
     let bias = select(open, gap * inv_h, sweep.caps.closing(simd, gap, rigid_rate));

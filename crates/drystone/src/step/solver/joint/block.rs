@@ -1,8 +1,9 @@
-//! DOC
+//! Solver rows of eight ball or distance joints.
 
 use crate::base::simd::wide::{LANES, Lanes};
 
-/// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.
+/// Eight joints, all balls or all distances. As in [`ContactBlock`], lanes do not straddle cache
+/// lines.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct JointBlock {
@@ -10,10 +11,11 @@ pub(crate) struct JointBlock {
     pub(crate) row_b: [u32; LANES],
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
-    /// Of balls the one number of S of each body, if the inertia of all of them is the same about every axis, and nothing in
-    /// [`JointRest::s_a`] and `s_b` then; else the first is below 0.
+    /// Ball joints: the scalar S of each body, if the inertia of all bodies in the block is the
+    /// same about every axis. [`JointRest::s_a`] and `s_b` are unused then. Otherwise the first
+    /// value is negative.
     pub(crate) round: [Lanes; 2],
-    /// Arms at the step's start.
+    /// Lever arms at the step's start.
     pub(crate) r_a: [Lanes; 3],
     pub(crate) r_b: [Lanes; 3],
     /// Anchor B less anchor A at the step's start.
@@ -24,23 +26,23 @@ pub(crate) struct JointBlock {
     pub(crate) carried_b: [Lanes; 3],
 }
 
-/// What only some blocks of joints need, beside them: so that the others lie closer together.
+/// Data that only some blocks need, kept apart so that the others are closer together in memory.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct JointRest {
     pub(crate) s_a: [Lanes; 6],
     pub(crate) s_b: [Lanes; 6],
-    /// Velocity of the gap that comes from kinematic bodies, where one of the bodies cannot be pushed.
+    /// Velocity of the gap that kinematic bodies cause, where one of the bodies cannot be pushed.
     pub(crate) drift: [Lanes; 3],
-    /// Distances: the linear part of the warm start; of balls it is their impulse.
+    /// Distances: the linear part of the warm start. (For ball joints it is their impulse.)
     pub(crate) carried: [Lanes; 3],
-    /// Distances: least, greatest, rest length; spring rate, mass, impulse (all 0: no spring).
+    /// Distances: minimum, maximum and rest length; spring rate, mass, impulse (all 0: no spring).
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],
 }
 
 impl JointBlock {
-    /// It is one of balls, and the inertia of all its bodies is the same about every axis.
+    /// True for a block of ball joints whose bodies all have the same inertia about every axis.
     pub(crate) fn is_round(&self) -> bool {
         self.round[0][0] >= 0.0
     }

@@ -1,4 +1,4 @@
-//! Couplings in the solver: prepared, swept, stored.
+//! Prepares, sweeps and stores couplings and pulleys.
 
 use super::coupling_row::{CouplingRow, Part, Start, push};
 use super::sweep::JointSweep;

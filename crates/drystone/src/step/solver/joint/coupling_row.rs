@@ -1,10 +1,13 @@
-//! Couplings: one row over the bodies of two joints, up to four. Pulleys: one over two bodies and fixed points.
+//! The rows of couplings and pulleys. A coupling is one row over the bodies of two joints, up to
+//! four. A pulley is one row over two bodies and fixed points.
 //!
-//! Few scenes have any, and their bodies are more than a block's two; so they are solved one by one, in the order
-//! of their rows, by one worker of the group, before the joints that they push through.
+//! Few scenes have any, and their bodies are more than the two of a block. So one worker of the
+//! group solves them one by one, in the order of their rows, before the joints through which they
+//! act.
 //!
-//! Symbols: x are the coordinates, C = x_b - ratio x_a - offset, J its row, λ its impulse. Coordinates go on from the
-//! step's start, and the warm start is turned, as those of joints are: see sixdof.rs and joint.rs.
+//! Symbols: x are the coordinates, C = x_b - ratio x_a - offset, J its row, λ its impulse.
+//! Coordinates advance from the step's start, and the warm start is mapped to the current rows, as
+//! for joints: see six_dof/kernel.rs and ball_distance.rs.
 
 use super::sweep::JointSweep;
 use crate::base::id::JointId;
@@ -18,7 +21,7 @@ use crate::state::joints::{Joint, Link};
 use crate::step::solver::vec6;
 use crate::step::solver_body::SolverBody;
 
-/// What a row is of one body: v̂ and ŵ.
+/// A row's part for one body: v̂ and ŵ.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Part {
     pub(crate) line: usize,
@@ -33,39 +36,39 @@ pub(crate) struct End {
     /// α and S of both bodies.
     alpha: [f32; 2],
     s: [Sym3; 2],
-    /// Arms.
+    /// Lever arms.
     r: [Vec3; 2],
     gap: Vec3,
-    /// The axis [world].
+    /// Axis [world].
     axis: Vec3,
     is_turn: bool,
-    /// Of a motion, its coordinate.
+    /// Coordinate of a translation.
     start: f32,
-    /// How C grows with it.
+    /// Derivative of C by the coordinate.
     factor: f32,
-    /// Velocities of kinematic bodies: B's less A's, and angular ones.
+    /// Velocities of kinematic bodies: B's less A's, and angular velocities.
     drift: Vec3,
     spin: [Vec3; 2],
 }
 
-/// A rope at the step's start.
+/// A pulley's rope at the step's start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rope {
     lines: [usize; 2],
     alpha: [f32; 2],
     s: [Sym3; 2],
-    /// Arms.
+    /// Lever arms.
     r: [Vec3; 2],
-    /// Anchors less the points that it goes over.
+    /// Anchors less the fixed points of the rope.
     way: [Vec3; 2],
-    /// How C grows with each length.
+    /// Derivative of C by each length.
     factor: [f32; 2],
-    /// Velocities of kinematic bodies' anchors, and angular ones.
+    /// Velocities of kinematic bodies' anchors, and angular velocities.
     drift: [Vec3; 2],
     spin: [Vec3; 2],
 }
 
-/// What a row is of.
+/// Constraint of a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) enum Source {
     #[default]
@@ -78,16 +81,16 @@ pub(crate) enum Source {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CouplingRow {
     pub(crate) source: Source,
-    /// C at the step's start; of a rope, less its length.
+    /// C at the step's start; for a rope, less its length.
     pub(crate) c: f32,
-    /// It pulls only: λ is at most 0.
+    /// The row only pulls: λ is at most 0.
     pub(crate) is_slack: bool,
     pub(crate) impulse: f32,
-    /// What the bodies carry of the warm start.
+    /// The part of the warm start that the bodies carry.
     pub(crate) carried: [Part; 4],
 }
 
-/// C, its rate by kinematic bodies, and J, with parts of one body in one.
+/// C, its rate by kinematic bodies, and J, with the parts of one body merged.
 pub(crate) struct Now {
     pub(crate) c: f32,
     drift: f32,
@@ -98,13 +101,13 @@ fn vector(four: [f32; 4]) -> Vec3 {
     Vec3::from([four[0], four[1], four[2]])
 }
 
-/// How far the rotation vector `t`, of up to 2.8 rad, moves `r`.
+/// Displacement of `r` by the rotation vector `t`, up to 2.8 rad.
 fn shift(r: Vec3, t: Vec3) -> Vec3 {
     vec6::shift(t.into(), r.into()).single()
 }
 
 impl End {
-    /// How far the coordinate has come since, its rate by kinematic bodies, and its row.
+    /// Change of the coordinate since the step's start, its rate by kinematic bodies, and its row.
     fn now(&self, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) -> (f32, f32, [Part; 2]) {
         let moved = |i: usize| {
             let [x, t] = motion(self.lines[i]);
@@ -150,7 +153,7 @@ impl Rope {
             let moved = x * self.alpha[i] + self.drift[i] * elapsed + turned;
             let way = self.way[i] + moved;
             let length = way.length();
-            // At the point itself the rope has no direction, and pulls nowhere.
+            // At the fixed point itself the rope has no direction and exerts no force.
             let along = if length > 1.0e-9 { way * (1.0 / length) } else { Vec3::ZERO };
             let along = along * self.factor[i];
             now.c += self.factor[i] * length;
@@ -167,7 +170,7 @@ impl Source {
         matches!(self, Self::Joints([_, second]) if second.is_turn)
     }
 
-    /// What it asks of bodies that moved so far since the step's start, `c` being what was amiss then.
+    /// The constraint after the bodies' `motion` since the step's start; `c` is C at that time.
     pub(crate) fn now(&self, c: f32, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) -> Now {
         let mut now = Now { c, drift: 0.0, parts: [Part::default(); 4] };
         let ends = match self {
@@ -226,7 +229,7 @@ impl CouplingRow {
             return;
         }
         let s = &sweep.softness;
-        // A slack rope lets its ends part as far as it reaches.
+        // A slack rope lets its ends separate until it is taut.
         let is_open = self.is_slack && now.c < 0.0;
         let (gain, bias, give) = if is_open {
             (1.0, now.c * sweep.inv_h, 0.0)
@@ -253,7 +256,7 @@ impl CouplingRow {
     }
 }
 
-/// Adds to a line's velocity; line 0 is everyone's, and is never written.
+/// Adds to a solver body's velocity. Solver body 0 is shared and never written.
 pub(crate) fn push(lines: &Rows<'_, SolverBody>, line: usize, v: Vec3, w: Vec3) {
     if line == 0 {
         return;
@@ -266,12 +269,13 @@ pub(crate) fn push(lines: &Rows<'_, SolverBody>, line: usize, v: Vec3, w: Vec3) 
 }
 
 impl CouplingRow {
-    /// The lines that it acts on.
+    /// The solver bodies that the row acts on.
     pub(crate) fn lines(&self) -> impl Iterator<Item = usize> + '_ {
         self.carried.iter().map(|part| part.line).filter(|line| *line != 0)
     }
 
-    /// The impulse of this sweep, the speed at which it closed, and what kinematic bodies do to C.
+    /// The impulse of this sweep, the speed at which it closed, and the rate of C by kinematic
+    /// bodies.
     pub(crate) fn pushed(&self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) -> [f32; 3] {
         let now = self.now(lines, sweep);
         let speed = sweep.softness.rate * now.c;
@@ -279,7 +283,7 @@ impl CouplingRow {
         [self.impulse, closed, now.drift]
     }
 
-    /// Takes its impulse down to a part.
+    /// Scales its impulse by `part`.
     pub(crate) fn restrain(&mut self, part: f32) {
         if !(part > 0.0) {
             self.impulse = 0.0;
@@ -293,7 +297,7 @@ impl CouplingRow {
     }
 }
 
-/// A coupling or pulley at the step's start: C, of a rope less its length, and the last impulse.
+/// A coupling or pulley at the step's start: C (for a rope, less its length), and the last impulse.
 pub(crate) struct Start {
     pub(crate) source: Source,
     pub(crate) c: f32,
@@ -302,7 +306,7 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    /// `None` for other joints. `look` finds a joint; `mass` says of a body its line, α and S.
+    /// `None` for other joints. `look` finds a joint; `mass` gives a body's solver body, α and S.
     pub(crate) fn new<'a>(
         joint: &Joint,
         look: impl Fn(JointId) -> Option<&'a Joint>,
@@ -329,7 +333,7 @@ impl Start {
     }
 }
 
-/// Velocities of a body that moves by itself.
+/// Velocities of a moving kinematic body; zero for others.
 fn driven(body: &Body) -> [Vec3; 2] {
     let is_moved = !body.is_dynamic() && body.active();
     if is_moved { [body.v, body.w] } else { [Vec3::ZERO; 2] }
@@ -361,7 +365,7 @@ impl Rope {
 }
 
 impl End {
-    /// The coordinate of a joint that a coupling names, and where it is.
+    /// The coordinate of a joint that a coupling names, and its value.
     fn new(
         joint: &Joint,
         axis: usize,

@@ -1,4 +1,4 @@
-//! Joints: ball joints and distances in blocks of eight, joints of six axes, couplings.
+//! Joints: ball and distance joints in blocks of eight, six-axis joints, couplings and pulleys.
 
 pub(crate) mod ball_distance;
 pub(crate) mod block;

@@ -1,11 +1,14 @@
-//! A body that swings: one ball joint holds it to what does not move, and nothing else touches it.
+//! Integrates a pendulum: a body that one ball joint holds to a fixed body, and that nothing else
+//! touches.
 //!
-//! It turns about a fixed point, which is free rotation by the inertia about that point with kicks by the
-//! forces' torque, and so is done: half a kick, a turn by [`rotate_freely`], half a kick in every
-//! substep, symplectic and of second order [Dullweber97]. The rows of the joint cannot do it when the body spins
-//! by more than some tenths of a radian in a substep: they know the inertia, and with it the gyroscopic
-//! torque, of the step's start, and rotation vectors of a step do not add. A top at 300 rad/s precessed
-//! at 0.4 to 14 times its rate by them (A6 in docs/accuracy.md).
+//! It rotates about a fixed point. That is free rotation by the inertia about that point, with
+//! kicks by the forces' torque. Every substep is half a kick, a rotation by [`rotate_freely`], and
+//! half a kick: symplectic and of second order [Dullweber97].
+//!
+//! The joint's rows fail if the body spins by more than some tenths of a radian in a substep. They
+//! use the inertia, and with it the gyroscopic torque, of the step's start, and rotation vectors of
+//! a step do not add. With rows, a top at 300 rad/s precessed at 0.4 to 14 times its rate (A6 in
+//! docs/accuracy.md).
 
 use crate::base::double::{DQuat, DVec3};
 use crate::base::math::{Vec3, bounded};
@@ -20,7 +23,7 @@ use crate::step::solver::body::integrate::acceleration;
 use crate::step::solver::body::state::BodyState;
 use crate::step::solver::lent::Solver;
 
-/// A joint that is open by more than this part of the body's reach is closed by its rows [1].
+/// A joint whose gap exceeds this part of the body's reach is closed by its rows [1].
 const OPEN: f32 = 1.0e-3;
 
 /// A body at the end of a step.
@@ -32,8 +35,8 @@ struct Swung {
 }
 
 impl Solver<'_> {
-    /// Moves the body of a joint that swings by its line; true if it does. The line then holds the end of the
-    /// step, see [`crate::step::solver::body::row::Aux::swung`].
+    /// Moves the body of a joint as a pendulum; true if it is one. The solver body then holds the
+    /// end of the step, see [`crate::step::solver::body::row::Aux::put_end`].
     pub(crate) fn swing(&self, joint: &mut Joint) -> bool {
         let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
         let (line, body, r, other, at, sign) =
@@ -62,7 +65,7 @@ impl Solver<'_> {
     }
 }
 
-/// Nothing but one joint acts on it.
+/// True if only one joint acts on the body.
 fn is_free(body: &Body) -> bool {
     let locks = &body.locks;
     body.constraints == 1
@@ -73,7 +76,7 @@ fn is_free(body: &Body) -> bool {
         && body.moments.min_element() > 0.0
 }
 
-/// A step of a body whose point `anchor` [frame of the center of mass] stays at `pivot`.
+/// Steps a body whose point `anchor` [frame of the center of mass] stays at `pivot`.
 fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Swung> {
     // The inertia about the pivot.
     let (m, r) = (body.mass, anchor);
@@ -93,8 +96,9 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     let mut spin = Spin { rotation: body.rotation, principal, moments };
     let arm_of = |rotation: Quat| DQuat::widened(rotation).rotate(DVec3::from(-anchor));
 
-    // The joint takes from the velocities what is not a turn about the pivot. What is one stays as it is, by
-    // no inertia: rounding of that, the same in every step, would take or add 1e-7 of the energy in each.
+    // The joint removes velocity that is no rotation about the pivot. The rest must not pass
+    // through the inertia: the same rounding in every step would remove or add 1e-7 of the energy
+    // each time.
     let arm = arm_of(body.rotation);
     let mut w = DVec3::from(body.w) + DVec3::from(body.w_rest);
     let off = DVec3::from(body.v) - w.cross(arm);
@@ -126,15 +130,15 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     Some(Swung { state, w_rest, impulse })
 }
 
-/// The angular velocity that a momentum gives.
+/// Angular velocity of an angular momentum.
 fn answer(spin: &Spin, momentum: DVec3) -> DVec3 {
     let q = DQuat::widened(spin.rotation).times(DQuat::widened(spin.principal)).normalized();
     let (l, m) = (q.unrotate(momentum), DVec3::from(spin.moments));
     q.rotate(DVec3 { x: l.x / m.x, y: l.y / m.y, z: l.z / m.z })
 }
 
-/// What damping leaves of the angular velocity in the step: the energy falls at the rate that damping of
-/// the center's motion and of the turn together make.
+/// Factor on the angular velocity by damping in the step. The energy falls at the rate at which
+/// linear and angular damping together dissipate it.
 #[expect(clippy::cast_possible_truncation, reason = "a mean of two rates")]
 fn damping(ctx: &StepContext, body: &Body, w: DVec3, arm: DVec3) -> f32 {
     let (linear, angular) = (f64::from(body.linear_damping), f64::from(body.angular_damping));

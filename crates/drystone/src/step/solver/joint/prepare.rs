@@ -1,4 +1,4 @@
-//! Joints to blocks and back.
+//! Builds the blocks of ball and distance joints, runs their sweeps and stores their impulses.
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
@@ -53,7 +53,7 @@ impl Solver<'_> {
         });
     }
 
-    /// Builds a block of joints and applies their impulses to the lines.
+    /// Builds a block of joints and applies their impulses to the solver bodies.
     #[inline(always)]
     fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
         let owners = &self.plan.joints.owners[i];
@@ -71,7 +71,7 @@ impl Solver<'_> {
         let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
         alpha.store_array(&mut block.alpha);
         beta.store_array(&mut block.beta);
-        // Distances have no kernel of their own for round bodies.
+        // Distances have no separate kernel for bodies with scalar inertia.
         if batch.class != DISTANCE && sa.is_round(simd) && sb.is_round(simd) {
             sa.xx.store_array(&mut block.round[0]);
             sb.xx.store_array(&mut block.round[1]);
@@ -83,7 +83,7 @@ impl Solver<'_> {
         if batch.fixed {
             self.fill_drift(owners, rest);
         }
-        // The linear impulse along the gap (a distance) or in the world (a ball).
+        // The linear impulse: along the gap for a distance, in world axes for a ball.
         let linear = if batch.class == DISTANCE {
             self.fill_distances(owners, block, rest);
             Vec3w::load(simd, &rest.carried)
@@ -101,7 +101,7 @@ impl Solver<'_> {
         store_velocity(simd, &self.lines, &block.row_b, b);
     }
 
-    /// Asks for the joints of a block, if there is such a block.
+    /// Prefetches the joints of a block, if there is such a block.
     #[inline(always)]
     pub(crate) fn prefetch_joints(&self, of: &Layout, block: usize) {
         for &owner in of.owners.get(block).into_iter().flatten() {
@@ -111,13 +111,14 @@ impl Solver<'_> {
         }
     }
 
-    /// The joint of a lane: of a row or of [`NONE`].
+    /// The joint in a row; none for [`NONE`].
     #[inline(always)]
     pub(crate) fn joint(&self, row: u32) -> Option<&Joint> {
         if row == NONE { None } else { self.joint_slots.read(row as usize).as_ref() }
     }
 
-    /// Reads what a block's joints and their bodies have, the impulses, and the lines of the bodies; lanes without a joint stay 0.
+    /// Reads the joints of a block, their bodies' states, impulses and solver bodies; lanes without
+    /// a joint stay 0.
     fn read_joints(
         &self,
         owners: &[u32; LANES],
@@ -138,7 +139,7 @@ impl Solver<'_> {
         }
     }
 
-    /// How fast kinematic bodies move the anchors apart.
+    /// Records the speed at which kinematic bodies move the anchors apart.
     fn fill_drift(&self, owners: &[u32; LANES], rest: &mut JointRest) {
         let speed = |row: u32, anchor: Vec3| {
             let body = self.bodies.at(row);
@@ -154,7 +155,7 @@ impl Solver<'_> {
         }
     }
 
-    /// What distances have beside arms and gap.
+    /// Fills limits, spring and linear impulse of distances.
     fn fill_distances(&self, owners: &[u32; LANES], block: &JointBlock, rest: &mut JointRest) {
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);
@@ -174,7 +175,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Writes the impulses of balls and distances back.
+    /// Writes the impulses of ball and distance joints back.
     pub(crate) fn store_joints(&self, group: &Group, jobs: &Jobs<'_>) {
         let blocks = self.plan.joints.blocks_of(&group.joints);
         for_shares(jobs, blocks.len(), 32, |part| {
@@ -199,7 +200,7 @@ impl Solver<'_> {
     }
 }
 
-/// Eight joints and their bodies A and B, a row each.
+/// Eight joints and their bodies A and B, one row each.
 #[derive(Default)]
 pub(crate) struct Raw {
     centers: [[[f32; 4]; LANES]; 2],
@@ -215,7 +216,7 @@ impl Raw {
         self.anchors[side][lane] = four(anchor);
     }
 
-    /// From the centers of bodies A (`side` 0) or B (1) to the anchors [m, world].
+    /// Lever arms from the centers of bodies A (`side` 0) or B (1) to the anchors [m, world].
     #[inline(always)]
     pub(crate) fn arm<S: Simd>(&self, simd: S, side: usize) -> Vec3w<S> {
         let anchor = Vec3w::of_rows(simd, &self.anchors[side]);

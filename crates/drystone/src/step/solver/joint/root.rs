@@ -1,16 +1,17 @@
-//! The root S of the inverse inertia of eight bodies, and the rows that it makes of an arm: of any bodies, and of those whose inertia is
-//! the same about every axis, balls and cubes, with a third less to do.
+//! The root S of the inverse inertia of eight bodies, and the rows S (r × e) of a lever arm r.
+//! There are two versions: for any bodies, and for bodies with the same inertia about every axis
+//! (balls and cubes), which takes a third less work.
 
 use fearless_simd::Simd;
 
 use super::block::{JointBlock, JointRest};
 use crate::base::simd::wide::{Sym3w, Vec3w, Wide, load};
 
-/// S of eight bodies, and what kernels make of it.
+/// S of eight bodies, and the operations that kernels need.
 pub(crate) trait Root<S: Simd>: Copy {
-    /// Cache lines that a sweep reads of what stands beside a block.
+    /// Cache lines of [`JointRest`] that a sweep reads.
     const REST_LINES: usize;
-    /// Of the bodies A and B of a block.
+    /// S of the bodies A and B of a block.
     fn pair(simd: S, block: &JointBlock, rest: &JointRest) -> [Self; 2];
     fn mul(self, v: Vec3w<S>) -> Vec3w<S>;
     /// The rows S (r × x), S (r × y), S (r × z) along the world's axes.
@@ -20,13 +21,13 @@ pub(crate) trait Root<S: Simd>: Copy {
 
 /// Three rows along the world's axes.
 pub(crate) trait RootRows<S: Simd> {
-    /// `k` and the products of the rows.
+    /// `k` plus the products of the rows.
     fn add_products(&self, k: Sym3w<S>) -> Sym3w<S>;
     /// The products of the rows and `w`.
     fn dot(&self, w: Vec3w<S>) -> Vec3w<S>;
-    /// `w` and the rows times the parts of `d`.
+    /// `w` plus the rows times the components of `d`.
     fn add(&self, w: Vec3w<S>, d: Vec3w<S>) -> Vec3w<S>;
-    /// `w` less that.
+    /// `w` minus the rows times the components of `d`.
     fn take(&self, w: Vec3w<S>, d: Vec3w<S>) -> Vec3w<S>;
 }
 
@@ -74,8 +75,9 @@ impl<S: Simd> RootRows<S> for [Vec3w<S>; 3] {
     }
 }
 
-/// S of bodies whose inertia is the same about every axis. The same operations as of any others in the same order,
-/// without the zeros: the same bits, so that it does not show who shares a block with whom.
+/// S of bodies with the same inertia about every axis. It does the operations of the general
+/// version in the same order, without the zeros. The bits are the same, so results do not depend on
+/// the bodies that share a block.
 #[derive(Clone, Copy)]
 pub(crate) struct Roundw<S: Simd>(Wide<S>);
 
@@ -161,7 +163,7 @@ mod tests {
     use crate::base::random::Random;
     use crate::base::simd::wide::{LANES, Lanes, SimdLevel};
 
-    /// All that a kernel asks of S and its rows.
+    /// Results of all operations that a kernel uses.
     fn answers<S: Simd, R: Root<S>>(
         simd: S,
         s: &[Lanes; 6],

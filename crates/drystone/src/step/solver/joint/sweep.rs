@@ -1,4 +1,4 @@
-//! Parameters of a sweep over joints, and the turn of anchors within a step.
+//! Parameters of a sweep over joints, and the rotation of anchors within a step.
 
 use fearless_simd::Simd;
 
@@ -12,15 +12,16 @@ use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity}
 /// A rotation by a vector of up to 2.8 rad.
 #[derive(Clone, Copy)]
 pub(crate) struct Turn<S: Simd> {
-    /// Half the vector, and what its product with an arm, and that with this product, are multiplied by.
+    /// Half the vector, and the factors on its product with a lever arm and on the product with
+    /// this product.
     half: Vec3w<S>,
     once: Wide<S>,
     twice: Wide<S>,
 }
 
 impl<S: Simd> Turn<S> {
-    /// tan y = y a/b, a = 1 - y²/9 + y⁴/945, b = 1 - 4 y²/9 + y⁴/63, wrong by 1e-6 at 1 rad; of that Rodrigues' formula.
-    /// (With whole numbers in a and b small turns would be rounded.)
+    /// Rodrigues' formula with tan y = y a/b, a = 1 - y²/9 + y⁴/945, b = 1 - 4 y²/9 + y⁴/63, which
+    /// has an error of 1e-6 at 1 rad. (With integers in a and b small rotations would be rounded.)
     #[inline(always)]
     pub(crate) fn new(simd: S, t: Vec3w<S>) -> Self {
         let half = t * splat(simd, 0.5);
@@ -32,7 +33,7 @@ impl<S: Simd> Turn<S> {
         Self { half, once: scale * b, twice: scale * a }
     }
 
-    /// How far it moves `r`.
+    /// Displacement of `r`.
     #[inline(always)]
     pub(crate) fn shift(&self, r: Vec3w<S>) -> Vec3w<S> {
         let once = self.half.cross(r);
@@ -45,25 +46,26 @@ impl<S: Simd> Turn<S> {
     }
 }
 
-/// What one sweep over joints does.
+/// Parameters of one sweep over joints.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointSweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
-    /// How fast errors close.
+    /// Limits on the speed at which errors close.
     pub(crate) caps: Caps,
-    /// [`Softness::hardness`] of locked axes: drives and sprung limits, which those answer for, are no harder. (With twice the frequency
-    /// of the locked axes, muscles of 1e5 N m made people of 1e15 J.)
+    /// [`Softness::hardness`] of locked axes, which limits drives and sprung limits: these act
+    /// through the locked axes. (With twice the frequency of the locked axes, muscles of 1e5 N m
+    /// drove ragdolls to 1e15 J.)
     pub(crate) hardest: f32,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
-    /// A relax sweep: rows as they were this long ago [s], the warm start where it is.
+    /// Relax sweep: age of the rows [s]; the warm start stays at its former lever arms.
     pub(crate) back: f32,
     pub(crate) is_relax: bool,
 }
 
 impl JointSweep {
-    /// A sweep that solves, when positions have advanced by `elapsed` [s].
+    /// A solve sweep after positions have advanced by `elapsed` [s].
     pub(crate) const fn solving(ctx: &StepContext, elapsed: f32) -> Self {
         let softness = ctx.soft_joint;
         let hardest = softness.hardness();
@@ -71,14 +73,15 @@ impl JointSweep {
         Self { inv_h, softness, caps, hardest, elapsed, back: 0.0, is_relax: false }
     }
 
-    /// A relax sweep in the middle of a substep, of which positions have advanced to the end, `moved` [s].
+    /// A relax sweep at the middle of a substep, after positions have advanced to its end, `moved`
+    /// [s].
     pub(crate) fn relaxing(ctx: &StepContext, moved: f32) -> Self {
         let back = 0.5 * ctx.h;
         let solving = Self::solving(ctx, moved - back);
         Self { softness: Softness::RIGID, back, is_relax: true, ..solving }
     }
 
-    /// Velocities of eight bodies, and the motion at which this sweep's rows stand.
+    /// Velocities of eight bodies, and their motion at the time of this sweep's rows.
     #[inline(always)]
     pub(crate) fn read<S: Simd>(
         &self,
@@ -96,8 +99,9 @@ impl JointSweep {
     }
 }
 
-/// By how much the end of arm B leaves its tangent in a substep, over its length, less that of arm A: w × (w × r) h/2, and no
-/// more than a chord for a fast turn. Without it the joints of a crank at ten turns a second stand open by centimeters.
+/// Difference of the distances of the ends of arms B and A from their tangents after a substep,
+/// over the substep: w × (w × r) h/2. It is at most a chord for a fast rotation. Without it the
+/// joints of a crank at ten turns per second open by centimeters.
 #[inline(always)]
 pub(crate) fn bend<S: Simd>(
     simd: S,

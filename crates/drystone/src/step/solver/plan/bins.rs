@@ -1,4 +1,5 @@
-//! The islands that have joints, numbered group by group: [`super::bound`] holds each against what can do work.
+//! Numbers the islands that have joints, group by group, for the bound on their energy
+//! (`solver/bound.rs`).
 
 use super::group::{Group, number};
 use crate::base::grow;
@@ -6,31 +7,32 @@ use crate::state::bodies::{Bodies, NONE};
 use crate::state::joints::Joints;
 use crate::step::solver::work::Bound;
 
-/// Larger islands are not held: all impulses of a thousand bodies are not to be taken down for one limb, and what it costs
-/// to ask them all, twice a substep, is as much as to solve them.
+/// Maximum number of bodies of a bounded island. One limb is no reason to scale down all impulses
+/// of a thousand bodies. Checking the bound twice per substep would cost as much as solving them.
 const MOST: usize = 1000;
 
 /// The islands that have joints, group by group.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bins {
     pub(crate) count: usize,
-    /// The number of each line's island, or [`NONE`].
+    /// Number of each solver body's island, or [`NONE`].
     pub(crate) of_line: Vec<u32>,
-    /// Lines of these islands, island by island in the order of their bodies' rows: that of lines is another one in a world
-    /// that goes on from a snapshot.
+    /// Solver bodies of these islands, island by island, in the order of the rows in the table of
+    /// bodies. (The order of solver bodies differs in a world that continues from a snapshot.)
     pub(crate) lines: Vec<u32>,
-    /// While they are numbered, that of each island.
+    /// Number of each island, used while numbering.
     of_island: Vec<u32>,
 }
 
 impl Bins {
-    /// One for each island, of which nothing is known.
+    /// Makes one empty bound for each island.
     pub(crate) fn begin(&self, bounds: &mut Vec<Bound>) {
         bounds.clear();
         grow::resize(bounds, self.count, Bound::default());
     }
 
-    /// Numbers the islands that have joints. `members` are the bodies of the lines from 1 on.
+    /// Numbers the islands that have joints. `members` are the table rows of solver bodies 1 and
+    /// up.
     pub(crate) fn place(
         &mut self,
         bodies: &Bodies,
@@ -84,7 +86,7 @@ impl Bins {
         }
     }
 
-    /// Of the lines from `begin` on, those of islands that are too large.
+    /// Removes the islands that are too large from `lines[begin..]`.
     fn leave_out_large(&mut self, begin: usize) {
         let of_line = &self.of_line;
         let same = |a: &u32, b: &u32| of_line[*a as usize] == of_line[*b as usize];

@@ -1,11 +1,14 @@
-//! Trees of joints that are solved directly: which joints they are, and in what order.
+//! Finds the trees of joints that are solved directly, and orders their joints.
 //!
-//! Bodies that joints connect form components; one is solved directly if its joints are balls or of six axes,
-//! close no loop over bodies that move, and some body in it passes on the weight of many times its own mass
-//! or a joint of it asks for that. A joint of six axes that holds none connects nothing.
-//! All others are solved joint by joint. A fixed or kinematic body connects nothing: a joint to it
-//! is a leaf. The forest is formed anew only when a joint comes or goes or a body on one wakes or falls
-//! asleep. See docs/decisions/017-direct-joint-trees.md.
+//! Bodies connected by joints form components. A component is solved directly if its joints are
+//! balls or six-axis joints and close no loop over moving bodies. In addition, some body in it must
+//! pass on the weight of many times its own mass, or one of its joints must request direct solving.
+//! A six-axis joint without a locked axis connects nothing. All other components are solved joint
+//! by joint.
+//!
+//! A static or kinematic body connects nothing: a joint to it is a leaf. The forest is rebuilt only
+//! when a joint is added or removed, or when a body on a joint wakes or falls asleep. See
+//! docs/decisions/017-direct-joint-trees.md.
 
 use core::ops::Range;
 
@@ -17,7 +20,7 @@ use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Colors;
 use crate::state::joints::{Joints, Link};
 
-/// A joint of a tree. Its bodies are numbers in [`Forest::bodies`].
+/// A joint of a tree; its bodies are indices into [`Forest::bodies`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TreeJoint {
     pub(crate) row: u32,
@@ -26,29 +29,30 @@ pub(crate) struct TreeJoint {
     pub(crate) parent: u32,
     /// The child is the joint's body A.
     pub(crate) is_child_a: bool,
-    /// Block and lane of a joint of six axes, as block × lanes + lane; [`NONE`] of a ball.
+    /// Block and lane of a six-axis joint, as block × lanes + lane; [`NONE`] for a ball joint.
     pub(crate) six: u32,
 }
 
-/// A tree: its bodies, each after its children, so that the root is the last one; and its joints, those to
-/// the world first, then those to the parent of each body but the root, in the order of bodies.
+/// A tree. Its bodies stand after their children, so the root is last. Its joints to the world
+/// stand first, then the joint from each body except the root to its parent, in the order of
+/// bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     pub(crate) bodies: Range<usize>,
     pub(crate) joints: Range<usize>,
-    /// What its compliance is multiplied by.
+    /// Factor on the tree's compliance.
     pub(crate) slack: f64,
-    /// How many drives and limits its joints have, and where the answers of each to each stand.
+    /// Number of drives and limits of its joints, and the position of their mutual responses.
     pub(crate) scalars: usize,
     pub(crate) gains: Range<usize>,
 }
 
-/// Compliance of a tree that the world holds at two places or more, over that of others: its joints may
-/// contradict each other, and their pull then is what softness leaves of it. (With 1, a chain of 6 m between
-/// posts 0.2 m too far apart flew apart within two seconds.)
+/// Factor on the compliance of a tree that the world holds at two or more places. Its joints may
+/// contradict each other, and only compliance bounds their impulses then. (With 1, a chain of 6 m
+/// between posts 0.2 m too far apart flew apart within two seconds.)
 const HELD_TWICE: f64 = 10.0;
 
-/// A joint's end at a body that moves.
+/// A joint's end at a moving body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct End {
     body: u32,
@@ -58,11 +62,11 @@ struct End {
     is_a: bool,
 }
 
-/// All trees that are awake.
+/// All awake trees.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Forest {
     pub(crate) trees: Vec<Tree>,
-    /// Rows of bodies.
+    /// Rows in the table of bodies.
     pub(crate) bodies: Vec<u32>,
     pub(crate) joints: Vec<TreeJoint>,
     /// Numbers of trees by group.
@@ -70,26 +74,26 @@ pub(crate) struct Forest {
     ratio: f32,
     keys: Vec<(u32, u32)>,
     ends: Vec<End>,
-    /// Of each body row on a joint: the representative of its component.
+    /// Representative of the component of each body row on a joint.
     roots: Vec<u32>,
-    /// Representatives of components that cannot be solved directly.
+    /// Whether the component of each representative cannot be solved directly.
     unfit: Vec<bool>,
-    /// Representatives of components of which a joint asks to be solved directly.
+    /// Whether some joint of the component requests direct solving.
     asked: Vec<bool>,
-    /// Rows and places of joints of six axes.
+    /// Rows and places of six-axis joints.
     places: Vec<(u32, u32)>,
-    /// Of each body of a tree: its parent's number and the end by which that was met.
+    /// Parent's number of each body of a tree, and the joint end that leads to the parent.
     parents: Vec<(u32, Option<End>)>,
     sides: Vec<Side>,
 }
 
-/// What hangs on a body on the far side from the root.
+/// Load on a body from the far side of the root.
 #[derive(Clone, Copy, Debug, Default)]
 struct Side {
     mass: f64,
-    /// The two greatest loads that pull on the body.
+    /// The two largest loads that pull on the body.
     pulls: [f64; 2],
-    /// Joints to the world.
+    /// Number of joints to the world.
     holds: usize,
 }
 
@@ -108,7 +112,7 @@ fn number(n: usize) -> u32 {
 }
 
 impl Forest {
-    /// True if trees would be chosen by another ratio than they were.
+    /// True if trees were chosen with this mass ratio.
     pub(crate) fn is_by(&self, ratio: f32) -> bool {
         self.ratio.to_bits() == ratio.to_bits()
     }
@@ -141,7 +145,7 @@ impl Forest {
             let joint = joints.at_mut(row);
             joint.is_direct = false;
             let (a, b) = (end(joint.body_a), end(joint.body_b));
-            // Bodies that were put aside may still be named by a joint.
+            // A joint may still name a body that was deactivated.
             if (a, b) != (NONE, NONE) && connects(&joint.link) {
                 let fits = matches!(joint.link, Link::Ball | Link::Six(_));
                 self.connect(a, b, fits, joint.articulated);
@@ -173,7 +177,7 @@ impl Forest {
         self.keys.sort_unstable();
         let keys = core::mem::take(&mut self.keys);
         for component in keys.chunk_by(|a, b| a.0 == b.0) {
-            // A body alone has nothing that its joints could disagree about.
+            // The joints of a single body cannot conflict.
             if component.len() > 1 {
                 self.grow(component[0].1, component.len(), bodies, joints);
             }
@@ -181,7 +185,7 @@ impl Forest {
         self.keys = keys;
     }
 
-    /// Each body a component of its own.
+    /// Makes each body a component of its own.
     fn begin_components(&mut self, bodies: &Bodies) {
         self.roots.clear();
         self.unfit.clear();
@@ -195,7 +199,8 @@ impl Forest {
         }
     }
 
-    /// Unites the components of a joint's bodies, or notes a loop. Its representative is its least body.
+    /// Unites the components of a joint's bodies, or records a loop. The body with the lowest row
+    /// represents a component.
     fn connect(&mut self, a: u32, b: u32, fits: bool, asks: bool) {
         let one = find(&mut self.roots, if a == NONE { b } else { a });
         self.unfit[one as usize] |= !fits;
@@ -215,14 +220,14 @@ impl Forest {
         first..self.ends.partition_point(|e| e.body <= body)
     }
 
-    /// Adds the tree of `root` if it is one that needs it.
+    /// Adds the tree of `root` if it needs a direct solve.
     fn grow(&mut self, root: u32, count: usize, bodies: &Bodies, joints: &mut Joints) {
         let (first_body, first_joint) = (self.bodies.len(), self.joints.len());
         let last = first_body + count - 1;
         self.bodies.resize(first_body + count, NONE);
         self.parents.clear();
         self.parents.resize(count, (NONE, None));
-        // From the root outward, from the end of the list to its beginning.
+        // Walk outward from the root, and fill the list from its end to its beginning.
         self.bodies[last] = root;
         let mut free = last;
         for at in (first_body..=last).rev() {
@@ -282,8 +287,8 @@ impl Forest {
         }
     }
 
-    /// The greatest load that a body of the tree passes on, over its own mass: the second of the masses
-    /// that pull on it. What is held by the world pulls with all there is.
+    /// The maximum load that a body of the tree passes on, relative to its own mass: the second
+    /// largest of the masses that pull on it. A support by the world counts as the total mass.
     fn strain(&mut self, tree: &Tree, bodies: &Bodies) -> f64 {
         let (first, n) = (tree.bodies.start, tree.bodies.len());
         let rows = &self.bodies[tree.bodies.clone()];
@@ -299,7 +304,7 @@ impl Forest {
             side.holds += 1;
             side.pull(total);
         }
-        // Toward the root: what pulls from below; then back: what pulls from above.
+        // First toward the root: loads from below. Then back: loads from above.
         let links = &self.joints[tree.joints.clone()][holds..];
         for joint in links {
             let (child, parent) = (joint.child as usize - first, joint.parent as usize - first);
@@ -318,7 +323,7 @@ impl Forest {
 }
 
 impl Forest {
-    /// Finds where the joints of six axes stand.
+    /// Records the block and lane of each six-axis joint.
     pub(crate) fn locate(&mut self, sixdofs: &Layout) {
         self.places.clear();
         if self.joints.is_empty() {
@@ -337,7 +342,7 @@ impl Forest {
         }
     }
 
-    /// Puts the trees in the order of their groups.
+    /// Sorts the trees by group.
     pub(crate) fn place(&mut self, group_of_line: &[u32], line_of: &[u32], groups: &mut [Group]) {
         let (trees, bodies) = (&self.trees, &self.bodies);
         let group = |tree: &u32| {
@@ -354,12 +359,12 @@ impl Forest {
     }
 }
 
-/// True unless it is of six axes and holds none.
+/// False for a six-axis joint without a locked axis.
 fn connects(link: &Link) -> bool {
     !matches!(link, Link::Six(six) if !six.def.holds_any())
 }
 
-/// The representative of a component.
+/// The representative of a body's component.
 fn find(roots: &mut [u32], body: u32) -> u32 {
     let mut at = body;
     while roots[at as usize] != at {

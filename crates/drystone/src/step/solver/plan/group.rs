@@ -1,4 +1,4 @@
-//! Groups of islands: the unit of work.
+//! Groups of islands: the unit of parallel work.
 
 use core::ops::Range;
 
@@ -11,13 +11,13 @@ pub(crate) struct Group {
     pub(crate) contacts: Range<usize>,
     pub(crate) joints: Range<usize>,
     pub(crate) sixdofs: Range<usize>,
-    /// In [`Plan::couplings`].
+    /// Range in [`Plan::couplings`].
     pub(crate) couplings: Range<usize>,
-    /// In [`Forest::order`].
+    /// Range in [`Forest::order`].
     pub(crate) trees: Range<usize>,
-    /// Numbers of [`Bins`].
+    /// Island numbers of [`Bins`].
     pub(crate) bins: Range<usize>,
-    /// In [`Bins::lines`].
+    /// Range in [`Bins::lines`].
     pub(crate) bin_lines: Range<usize>,
     pub(crate) fineness: Fineness,
 }

@@ -1,38 +1,39 @@
-//! Classes of joints: one kernel each.
+//! Classifies joints and contacts: each class has its own kernel or its own blocks.
 
 use crate::state::joints::{Joint, Link};
 
-/// Bit of the class of contacts whose rows are made anew within the step: they share no block with others.
+/// Bit for contacts whose rows are rebuilt within the step; they share no block with others.
 pub(crate) const TURNING: u8 = 0x80;
 
-/// Bit of those of them that are made anew in each substep.
+/// Bit for contacts among these that are rebuilt in each substep.
 pub(crate) const OFTEN: u8 = 0x40;
 
-/// Class of distances; balls have 0.
+/// Class of distance joints; ball joints have 0.
 pub(crate) const DISTANCE: u8 = 1;
 
-/// Class of the joints of trees.
+/// Class of ball joints in trees.
 pub(crate) const TREE: u8 = 2;
 
-/// Class of couplings and pulleys, which are in no batch either.
+/// Class of couplings and pulleys; no batch contains them.
 pub(crate) const COUPLED: u8 = 3;
 
-/// Bit of the classes of joints of six axes.
+/// Bit of six-axis joints.
 pub(crate) const SIX: u8 = 8;
 
-/// Bits of those on whose motions, and on whose turns, something acts: a drive, friction, a limit.
+/// Bits for a drive, friction or limit on a translation, and on a rotation.
 pub(crate) const SIX_ACTS: [u8; 2] = [1, 2];
 
-/// Bit of those whose locked axes a tree holds.
+/// Bit for six-axis joints whose locked axes a tree solves.
 pub(crate) const SIX_DIRECT: u8 = 4;
 
-/// Bits of those that lock a motion, and a turn: a spring does neither, and what holds need not be worked out for it.
+/// Bits for a locked translation, and for a locked rotation. A spring sets neither and skips the
+/// work for locked axes.
 pub(crate) const SIX_HOLDS: [u8; 2] = [16, 32];
 
-/// Bit of those that lock all motions.
+/// Bit for joints that lock all three translations.
 pub(crate) const SIX_ANCHORED: u8 = 64;
 
-/// The class of a joint: what kernel solves it, and what of it there is to solve.
+/// Class of a joint, which selects its kernel and the rows that the kernel solves.
 pub(crate) fn class_of(joint: &Joint) -> u8 {
     match &joint.link {
         Link::Ball if joint.is_direct => TREE,
@@ -48,7 +49,7 @@ pub(crate) fn class_of(joint: &Joint) -> u8 {
     }
 }
 
-/// Those of two bits that are wanted.
+/// Combines the bits that are wanted.
 pub(crate) fn chosen(bits: [u8; 2], wanted: [bool; 2]) -> u8 {
     bits.into_iter().zip(wanted).fold(0, |all, (bit, wanted)| if wanted { all | bit } else { all })
 }

@@ -1,7 +1,7 @@
-//! The blocks of a kind of constraint: which stand in them, in what order.
+//! Arranges the constraints of one kind in blocks, and orders these.
 //!
-//! A color's list is sorted by keys, and cut into runs where a key says that another group or another kernel begins; runs become
-//! batches of blocks. Order within a color never shows in the result.
+//! A color's list is sorted by keys and cut into runs where a key begins another group or another
+//! kernel. Runs become batches of blocks. The order within a color never affects the result.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
@@ -12,7 +12,7 @@ use crate::base::threads::jobs::{Jobs, for_each_with, for_series};
 use crate::state::bodies::NONE;
 use crate::state::colors::{Coloring, Place};
 
-/// Group, class and line in a sort key.
+/// Bit positions of group and class in a sort key; the solver body is below.
 pub(crate) const GROUP: u32 = 40;
 
 pub(crate) const CLASS: u32 = 32;
@@ -21,9 +21,9 @@ pub(crate) const CLASS: u32 = 32;
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) blocks: Range<usize>,
-    /// One side of every constraint cannot be pushed.
+    /// One body of every constraint cannot be pushed.
     pub(crate) fixed: bool,
-    /// What the key's class says.
+    /// Class from the key.
     pub(crate) class: u8,
 }
 
@@ -56,9 +56,9 @@ impl Run {
 }
 
 impl Layout {
-    /// Runs to batches of blocks, those of a group side by side.
+    /// Turns runs into batches of blocks, with the batches of a group side by side.
     pub(crate) fn lay_out(&mut self, colorings: [&Coloring; 2]) {
-        // Within a group the colors keep their order. (A stable sort would allocate.)
+        // Colors keep their order within a group. (A stable sort would allocate.)
         self.runs.sort_unstable_by_key(|run| (run.group, run.fixed, run.color, run.class));
         self.batches.clear();
         self.owners.clear();
@@ -74,7 +74,8 @@ impl Layout {
         }
     }
 
-    /// Calls `f(batch, blocks)` for the blocks of a group, a batch after the other: those of one are shared out among all workers.
+    /// Calls `f(batch, blocks)` for the blocks of a group, one batch after another. All workers
+    /// share the blocks of a batch.
     pub(crate) fn for_blocks(
         &self,
         batches: &Range<usize>,
@@ -95,7 +96,7 @@ impl Layout {
         );
     }
 
-    /// The blocks of a group's batches: they stand side by side.
+    /// The contiguous range of blocks of a group's batches.
     pub(crate) fn blocks_of(&self, batches: &Range<usize>) -> Range<usize> {
         match &self.batches[batches.clone()] {
             [] => 0..0,
@@ -111,14 +112,17 @@ impl Layout {
     }
 }
 
-/// The sort key of a constraint of two bodies: by group, then by class, then by body, so that lines are near each
-/// other. The class of a contact is its part of the lines of a shared group, so that each worker finds lines in its own
-/// cache (a color's blocks are shared out in their order), and in that its number of points, so that blocks are even.
+/// Makes the sort key of a constraint of two bodies: group, then class, then solver body, so that
+/// nearby constraints read nearby solver bodies.
+///
+/// The upper part of a contact's class is its share of the solver bodies of a shared group. Workers
+/// share a color's blocks in order, so each worker finds solver bodies in its own cache. The lower
+/// part is the number of points, so that the lanes of a block have equal counts.
 pub(crate) fn line_key(group_of_line: &[u32]) -> impl Fn(u64, usize) -> u64 {
     move |class, line| u64::from(group_of_line[line]) << GROUP | class << CLASS | line as u64
 }
 
-/// The later one of the lines of two bodies.
+/// The higher solver body of two bodies.
 pub(crate) fn last_line(line_of: &[u32], a: u32, b: u32) -> usize {
     line_of[a as usize].max(line_of[b as usize]) as usize
 }
@@ -128,10 +132,11 @@ const fn class_in(key: u64) -> u8 {
     (key >> CLASS).to_le_bytes()[0]
 }
 
-/// So many constraints are asked for ahead, while the keys of those before are made: each is a cache line elsewhere.
+/// Prefetch distance, in constraints, while keys are made: each constraint is on another cache
+/// line.
 const PREFETCH: usize = 8;
 
-/// Sorts all colors of a kind of constraint, side by side.
+/// Sorts all colors of one kind of constraint in parallel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sorter {
     /// One list for each worker.
@@ -141,8 +146,9 @@ pub(crate) struct Sorter {
 }
 
 impl Sorter {
-    /// Puts the lists of all colors in the order of their keys, says where each member stands, and cuts them into runs where a key's
-    /// bits from `shift` on change. Order within a color never shows in the result. `ask` asks for what `key_of` reads.
+    /// Sorts the lists of all colors by key, records the place of each member, and cuts the lists
+    /// into runs where a key's bits from `shift` up change. The order within a color never affects
+    /// the result. `ask` prefetches the data that `key_of` reads.
     pub(crate) fn sort(
         &mut self,
         shift: u32,
@@ -156,7 +162,7 @@ impl Sorter {
         let [free, fixed] = colorings;
         let (firsts, n) = (free.colors.len(), free.colors.len() + fixed.colors.len());
         self.runs.resize_with(n.max(self.runs.len()), Vec::new);
-        // SAFETY: each color is of one chunk, and so is its list of runs.
+        // SAFETY: each color, with its list of runs, belongs to one chunk.
         let apart = unsafe { Apart::promise() };
         let all_runs = Rows::new(&mut self.runs, apart);
         let [free, fixed] = [free, fixed].map(|coloring| Rows::new(&mut coloring.colors, apart));
@@ -183,7 +189,7 @@ impl Sorter {
     }
 }
 
-/// Cuts a sorted color where the key's bits from `shift` on change.
+/// Cuts a sorted color where the key's bits from `shift` up change.
 fn find_runs(keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize, runs: &mut Vec<Run>) {
     let mut first = 0;
     while let Some((key, _)) = keys.get(first) {
@@ -195,8 +201,8 @@ fn find_runs(keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize, runs: &
     }
 }
 
-/// Puts a color's list in the order of its keys, and says where each member stands. Order within a color
-/// never shows in the result.
+/// Sorts a color's list by key and records the place of each member. The order within a color never
+/// affects the result.
 fn sort_members(
     members: &mut [u32],
     keys: &mut [(u64, u32)],

@@ -1,10 +1,11 @@
-//! The order of the solver's work: groups of islands, and within a group color after color, in blocks.
+//! Plans the order of the solver's work: groups of islands, and within a group colors in sequence,
+//! in blocks of eight.
 //!
-//! Islands do not act on each other, so they may be solved in any order and side by side: small ones are
-//! put together into groups that fit a core's cache, and one worker takes a group through all its
-//! passes (docs/decisions/008-groups-of-islands.md). A large island is a group of its own, and all
-//! workers share each of its colors. The result is the same for any grouping. The plan is kept until
-//! a constraint comes or goes.
+//! Islands do not act on each other, so they may be solved in any order and in parallel. Small
+//! islands are combined into groups that fit a core's cache. One worker takes a group through all
+//! its passes (docs/decisions/008-groups-of-islands.md). A large island is a group of its own, and
+//! all workers share each of its colors. The result is the same for any grouping. The plan stays
+//! valid until a constraint is added or removed.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 pub(crate) mod bins;
@@ -37,73 +38,75 @@ use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::narrowphase;
 
-/// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
+/// Maximum constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
 const MOST_ENDS: usize = 2400;
 
-/// Fewest constraint ends for which it pays that workers share a color.
+/// Minimum constraint ends for which it pays that workers share a color.
 const LEAST_SHARED: usize = 1024;
 
-/// Fewest constraint ends for which it pays that another worker takes them.
+/// Minimum constraint ends for which it pays to give them to another worker.
 const LEAST_GROUP: usize = 128;
 
-/// What of the lines is an island's.
+/// An island's share of the solver bodies.
 #[derive(Clone, Copy, Debug)]
 struct Share {
     island: u32,
     lines: u32,
-    /// Ends of constraints; what only particles act on counts as well.
+    /// Constraint ends; a body that only particles act on counts as one end.
     ends: usize,
 }
 
-/// Which bodies and constraints stand where.
+/// Places of bodies and constraints in the solver's rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plan {
-    /// Body row of line k + 1.
+    /// Body row of solver body k + 1.
     pub(super) members: Vec<u32>,
-    /// The first `shared` ones are shared by all workers.
+    /// All workers share each of the first `shared` groups.
     pub(super) groups: Vec<Group>,
     pub(super) shared: usize,
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
     pub(super) sixdofs: Layout,
-    /// Group and row of each coupling and pulley, in this order.
+    /// Group and row of each coupling and pulley, sorted.
     pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
     pub(super) bins: Bins,
     workers: usize,
-    /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
+    /// Refinement of each island, now and in the last step; missing entries are
+    /// [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
-    /// [`Islands::dissolved`] in this step, and whether it is another number than in the last one.
+    /// [`Islands::dissolved`] in this step, and whether it has changed since the last one.
     dissolved: u64,
     regrouped: bool,
-    /// Islands that were hit and go on in whole substeps.
+    /// Islands that were hit and continue with undivided substeps.
     whole_again: Vec<u32>,
-    /// Number in `islands`, then group, of each island that has lines.
+    /// Index in `islands`, then group, of each island that has solver bodies.
     group_of: Vec<u32>,
-    /// Islands that have lines.
+    /// Islands that have solver bodies.
     islands: Vec<Share>,
     group_of_line: Vec<u32>,
-    /// Of each joint's row, from when one came or went.
+    /// Class of each joint's row, updated when a joint is added or removed.
     joint_classes: Vec<u8>,
     survey: Survey,
     sorter: Sorter,
     pub(super) turning: Turning,
 }
 
-/// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
+/// Maximum number of parts into which a shared group is sorted: the number that fits in a class
+/// beside the number of points.
 const MOST_PARTS: usize = 16;
 
-/// Bits of the number of points in the class of a contact.
+/// Bits for the number of points in the class of a contact.
 const COUNT: u32 = 2;
 
 impl Plan {
-    /// Is to be made anew, as if there had been none.
+    /// Discards the plan, so that the next step makes it from scratch.
     pub(super) fn forget(&mut self) {
         self.workers = 0;
         self.fineness.iter_mut().for_each(Vec::clear);
     }
 
-    /// Chooses the islands that take every substep in parts.
+    /// Chooses the islands that subdivide every substep.
     pub(super) fn choose_fineness(
         &mut self,
         bodies: &Bodies,
@@ -157,7 +160,7 @@ impl Plan {
         if chosen.iter().all(|fineness| *fineness == Fineness::Whole) {
             return;
         }
-        // Particles keep pace with the world's substeps.
+        // Particles run at the world's substeps, so islands that they drag are not subdivided.
         self.survey.make(bodies, |_| false, jobs);
         for body in self.survey.marked(bodies).filter(|body| body.dragged) {
             chosen[body.island as usize] = Fineness::Whole;
@@ -175,8 +178,9 @@ impl Plan {
         self.turning.choose(&self.fineness[0], bodies, contacts, shapes, found);
     }
 
-    /// What is kept of a step in parts are the impulses of its last part times the parts: right for a load, and that many times
-    /// too much of a blow that came in it. Where an island that was hit goes on in whole substeps they are taken back.
+    /// Rescales stored impulses of islands that were hit and now continue with undivided substeps.
+    /// A subdivided step stores the impulses of its last part times the number of parts. That is
+    /// right for a steady load, but too large by that factor for an impact.
     pub(super) fn take_back(
         &mut self,
         bodies: &Bodies,
@@ -186,7 +190,7 @@ impl Plan {
         struck: &StepContext,
         jobs: &Jobs<'_>,
     ) {
-        // A plan that was never made knows nothing of the last step, which a restored world has had.
+        // A new plan has no record of the last step, but a restored world had one.
         if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
             return;
         }
@@ -200,7 +204,8 @@ impl Plan {
         self.whole_again.sort_unstable();
         self.whole_again.dedup();
         let factor = 1.0 / struck.store_scale();
-        // SAFETY: an island is of one chunk, and two bodies on which one constraint acts are in one island.
+        // SAFETY: an island belongs to one chunk, and the two bodies of a constraint are in one
+        // island.
         let apart = unsafe { Apart::promise() };
         let contacts = contacts.slots_mut(apart);
         let joints = Rows::new(joints.rows.values_mut(), apart);
@@ -210,7 +215,7 @@ impl Plan {
         });
     }
 
-    /// Brings the plan up to date, and `line_of` with it.
+    /// Updates the plan and `line_of`.
     pub(super) fn update(
         &mut self,
         bodies: &Bodies,
@@ -226,8 +231,8 @@ impl Plan {
         grow::zeros(line_of, bodies.rows.slot_count());
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
         let changed = take_contact_changes(colors) || joints_changed;
-        // Fineness is that of an island by its number: where one fell apart, its bodies have another number, or the same
-        // one stands for others.
+        // Refinement is stored by island number. If an island split, its bodies may have another
+        // number, or the same number may stand for other bodies.
         let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
         let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
@@ -251,7 +256,7 @@ impl Plan {
 
         self.turning.place(line_of);
         self.place_contacts(contacts, colors, line_of, jobs);
-        // Contacts come and go in every step, joints do not.
+        // Contacts change in every step, joints do not.
         if joints_changed || moved {
             self.place_joints(joints, colors, line_of, joints_changed, jobs);
         }
@@ -266,7 +271,7 @@ impl Plan {
         self.bins.place(bodies, joints, &self.members, &mut self.groups);
     }
 
-    /// Contacts to blocks, all colors side by side.
+    /// Places contacts in blocks, all colors in parallel.
     fn place_contacts(
         &mut self,
         contacts: &mut Contacts,
@@ -278,14 +283,15 @@ impl Plan {
         let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
         let parts = self.workers.min(MOST_PARTS);
         let Turning { bodies: turning, often, .. } = &self.turning;
-        // Of a shared group each worker begins with its own part of the lines: see `line_key`.
+        // In a shared group each worker begins with its own part of the solver bodies: see
+        // `line_key`.
         let part_of = |line: usize| {
-            // Line 0 is of bodies that take no part: they may still be named by a contact.
+            // Index 0 is for bodies without a solver body, which a contact may still name.
             groups[..shared].get(group_of_line[line] as usize).map_or(0, |group| {
                 line.saturating_sub(group.lines.start) * parts / group.lines.len().max(1)
             })
         };
-        // SAFETY: a contact is in one color, which is of one chunk.
+        // SAFETY: a contact is in one color, which belongs to one chunk.
         let slots = contacts.slots_mut(unsafe { Apart::promise() });
         let key_of = |row: u32| {
             let c = slots.read(row as usize).as_ref()?;
@@ -313,12 +319,12 @@ impl Plan {
         let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
         let ask = |row: u32| slots.prefetch(row as usize, 1);
         let runs = &mut self.contacts.runs;
-        // The two bits of what is made anew keep blocks apart.
+        // The two bits for rebuilt contacts keep these in separate blocks.
         self.sorter.sort(GROUP - 2, colorings, ask, key_of, set_place, runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 
-    /// Joints to blocks. `anew`: what kinds they are is not known from the last time.
+    /// Places joints in blocks. `anew`: their classes must be computed first.
     fn place_joints(
         &mut self,
         joints: &mut Joints,
@@ -328,7 +334,7 @@ impl Plan {
         jobs: &Jobs<'_>,
     ) {
         grow::resize(&mut self.joint_classes, joints.rows.slot_count(), 0);
-        // SAFETY: a joint is in one color, which is of one chunk.
+        // SAFETY: a joint is in one color, which belongs to one chunk.
         let apart = unsafe { Apart::promise() };
         let classes = Rows::new(&mut self.joint_classes, apart);
         let slots = Rows::new(joints.rows.values_mut(), apart);
@@ -363,12 +369,12 @@ impl Plan {
         self.sixdofs.lay_out(colorings);
     }
 
-    /// The group of a line.
+    /// The group of a solver body.
     pub(super) fn group_of(&self, line: u32) -> usize {
         self.group_of_line[line as usize] as usize
     }
 
-    /// Islands to groups. `parts`: in which each [`Fineness`] takes a substep.
+    /// Assigns islands to groups. `parts`: parts of a substep for each [`Fineness`].
     fn form_groups(&mut self, parts: [usize; 5]) {
         for share in self.islands.drain(..) {
             self.group_of[share.island as usize] = NONE;
@@ -384,7 +390,7 @@ impl Plan {
                 self.group_of[at] = number(self.islands.len());
                 self.islands.push(Share { island: *island, lines: 0, ends: 0 });
             }
-            // What only particles act on takes a place too.
+            // A body that only particles act on takes a place too.
             let ends = (*ends).max(1) as usize;
             let share = &mut self.islands[self.group_of[at] as usize];
             (share.lines, share.ends) = (share.lines + 1, share.ends + ends);
@@ -400,9 +406,10 @@ impl Plan {
         };
         let alone = self.islands.iter().filter(|share| !is_shared(share.ends));
         let all: usize = alone.map(work_of).sum();
-        // Of what is left each worker gets one part: few groups at first, for in each the last block of a color is not full,
-        // then smaller ones, so that all workers are done at about the same time (guided self-scheduling: Polychronopoulos
-        // and Kuck 1987).
+        // Divide the remaining work evenly among the workers. Groups are large at first, because
+        // the last block of a color in each group is not full. Later groups are smaller, so that
+        // all workers finish at about the same time (guided self-scheduling: Polychronopoulos and
+        // Kuck 1987).
         let most_of = |left: usize| match workers {
             1 => (all / 4).max(LEAST_SHARED / 2),
             _ => (left / workers).max(all / (8 * workers)).max(LEAST_GROUP),
@@ -414,7 +421,8 @@ impl Plan {
                 self.shared += 1;
             }
         }
-        // What takes longest first: else one worker has it when the others are done.
+        // The most expensive islands come first; otherwise one worker still has them when the
+        // others finish.
         let (mut group, mut filled, mut begun) = (self.shared, 0, 0);
         let (mut left, mut most) = (all, most_of(all));
         for of in Fineness::ALL.into_iter().rev() {
@@ -449,8 +457,8 @@ impl Plan {
         }
     }
 
-    /// Bodies to lines, group by group; within a group in the order of the awake bodies. True if one has another
-    /// line than before.
+    /// Assigns solver bodies, group by group, and within a group in the order of awake bodies. True
+    /// if some body's index changed.
     fn place_bodies(&mut self, bodies: &Bodies, line_of: &mut [u32]) -> bool {
         let n = self.islands.iter().map(|share| share.lines as usize).sum();
         let mut moved = self.members.len() != n;
@@ -471,14 +479,14 @@ impl Plan {
     }
 }
 
-/// True if a joint came or went since the last call, or a body that some constraint acts on fell asleep,
-/// woke or was put aside.
+/// True if a joint was added or removed since the last call, or if a constrained body fell asleep,
+/// woke or was deactivated.
 fn take_joint_changes(colors: &mut Colors) -> bool {
     let changed = core::mem::take(&mut colors.bodies_changed);
     take_dirty([&mut colors.joints, &mut colors.joints_fixed]) || changed
 }
 
-/// True if a contact came, went or changed its number of points since the last call.
+/// True if a contact was added, removed or changed its number of points since the last call.
 fn take_contact_changes(colors: &mut Colors) -> bool {
     take_dirty([&mut colors.contacts, &mut colors.contacts_fixed])
 }

@@ -1,6 +1,8 @@
-//! Islands with joints that take substeps in parts: those whose joints go round fast, for what frozen rows and soft joints make
-//! wrong of them grows as the square of the angle of a substep (docs/derivations/joints.md), and those that are hit, for a blow
-//! runs through one joint after the other, one a sweep (docs/decisions/023-hits-on-joints.md).
+//! Chooses the islands with joints that subdivide substeps, for two reasons.
+//!
+//! Fast-turning joints: the error of frozen rows and soft joints grows as the square of the angle
+//! per substep (docs/derivations/joints.md). Impacts: an impact travels through one joint per sweep
+//! (docs/decisions/023-hits-on-joints.md).
 
 use crate::base::math::{Vec3, vec3};
 use crate::base::threads::disjoint::Rows;
@@ -10,33 +12,37 @@ use crate::state::contacts::{Contacts, Slots};
 use crate::state::islands::Island;
 use crate::state::joints::{Joint, Joints, Link};
 
-/// That of an island, among those that were chosen.
+/// Refinement of an island, from the list of choices.
 pub(crate) fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
     chosen.get(island as usize).copied().unwrap_or_default()
 }
 
-/// Most bodies of an island that takes its substeps in parts: what one limb does is no reason to solve a whole pile finely.
+/// Maximum number of bodies of an island that subdivides substeps: the motion of one limb is no
+/// reason to refine a whole pile.
 const MOST_BODIES: u32 = 64;
 
-/// From this part of its size on that a joint's anchor is off its tangent after a substep, times two: a tenth of a radian for
-/// one at the body's end.
+/// Threshold on twice the distance of a joint's anchor from its tangent after a substep, relative
+/// to the body's size. For an anchor at the body's end it is a tenth of a radian per substep.
 const ENTER: f32 = 0.01;
 
-/// Until it falls below this: a mechanism at the limit does not change its stiffness in each step.
+/// Lower threshold, at which refinement ends: a mechanism near the limit does not change its
+/// stiffness in each step.
 const LEAVE: f32 = 0.005;
 
-/// From here on a body tumbles: how far its angular velocity would turn within a step if nothing held it, times the step [rad]; a rod that
-/// turns about an axis at 45 degrees to it does by a seventh of a radian in a step. And until it falls below the second.
+/// Thresholds at which a body begins and ceases to tumble, on the change of its angular velocity in
+/// a step if nothing held it, times the step [rad]. A rod that rotates about an axis at 45 degrees
+/// to it reaches the first at a seventh of a radian per step.
 const TUMBLES: f32 = 0.01;
 
 const TUMBLES_ON: f32 = 0.005;
 
-/// True if some joint of the island, one that is small and awake, goes round so fast that substeps of `h` [s] are too long.
+/// True if the island is small and awake and some joint turns so fast that substeps of `h` [s] are
+/// too long.
 pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) -> bool {
     if island.len > MOST_BODIES {
         return false;
     }
-    // Each is a cache line or two for some ten instructions.
+    // Each joint is one or two cache lines for some ten instructions.
     for body in island.bodies(bodies) {
         body.joints.iter().for_each(|joint| joints.rows.prefetch(*joint, 2));
     }
@@ -49,7 +55,8 @@ pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
             let sides = [(joint.body_a, joint.anchor_a), (joint.body_b, joint.anchor_b)];
             let is_bent = |end: u32, arm: Vec3| {
                 let end = bodies.at(end);
-                // Most turn so slowly that no arm could be: an arm's end is off by no more than this, and rounding.
+                // Most bodies turn so slowly that no lever arm could exceed the limit. This bounds
+                // the offset of an arm's end, up to rounding.
                 let most = end.w.length_squared() * (h * h);
                 most > 0.99 * limit && bend(end, arm, h) > limit * body.extent.max(arm.length())
             };
@@ -61,8 +68,8 @@ pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
     false
 }
 
-/// True if some body of the island, one that is small and awake, tumbles in steps of `dt` [s], and nothing touches it, so that it can be
-/// taken in rounds: see rounds.rs.
+/// True if the island is small and awake, nothing touches it, and some body of it tumbles in steps
+/// of `dt` [s]. Such an island can be solved in rounds: see `solver/rounds.rs`.
 pub(crate) fn tumbles(
     island: &Island,
     bodies: &Bodies,
@@ -73,7 +80,7 @@ pub(crate) fn tumbles(
     let is_fast = |body: &Body| {
         let limit = if body.fineness == Fineness::Tumbling { TUMBLES_ON } else { TUMBLES };
         let limit = limit / (dt * dt);
-        // By its shape's nature it can be no more than the square of the speed.
+        // For any mass distribution it is at most the square of the speed.
         body.w.length_squared() > limit && precession(body) > limit
     };
     island.len <= MOST_BODIES
@@ -81,7 +88,7 @@ pub(crate) fn tumbles(
         && hangs(island, bodies, joints, contacts)
 }
 
-/// How fast the angular velocity of a body turns if nothing holds it [rad/s²].
+/// Rate at which the angular velocity of a free body turns [rad/s²].
 fn precession(body: &Body) -> f32 {
     let m = body.moments;
     if !(m.min_element() > 0.0) || body.locks.angular != [false; 3] {
@@ -92,7 +99,7 @@ fn precession(body: &Body) -> f32 {
     vec3(torque.x / m.x, torque.y / m.y, torque.z / m.z).length()
 }
 
-/// True if joints between two bodies hold it, and nothing touches it.
+/// True if joints between two bodies hold the island, and nothing touches it.
 fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts) -> bool {
     let is_of_two = |joint: &u32| {
         matches!(joints.at(*joint).link, Link::Ball | Link::Distance { .. } | Link::Six(_))
@@ -101,7 +108,7 @@ fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts)
         let contact = contacts.at(row);
         contact.count > 0 && !contact.sensor
     };
-    // A body alone on a ball joint swings: see swing.rs.
+    // A single body on a ball joint is integrated as a pendulum: see `joint/pivot.rs`.
     let is_ball = |joint: &u32| matches!(joints.at(*joint).link, Link::Ball);
     let swings = |body: &Body| island.len == 1 && body.joints.iter().all(is_ball);
     island.bodies(bodies).all(|body| {
@@ -112,13 +119,13 @@ fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts)
     })
 }
 
-/// Twice what the end of an arm is off its tangent after `h` [m].
+/// Twice the distance of an arm's end from its tangent after `h` [m].
 fn bend(body: &Body, arm: Vec3, h: f32) -> f32 {
     let arm = body.rotation.rotate(arm);
     body.w.cross(body.w.cross(arm)).length() * (h * h)
 }
 
-/// True if an island is small and has joints, and no trees: those hand a blow on at once.
+/// True if an island is small and has joints but no trees. (A tree transmits an impact at once.)
 pub(crate) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> bool {
     if island.len > MOST_BODIES {
         return false;
@@ -133,7 +140,7 @@ pub(crate) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> b
     has_joints
 }
 
-/// The islands in which contacts that `closing` lists are about to touch, as often as that.
+/// The islands in which contacts of the list `closing` are about to touch, once for each contact.
 pub(crate) fn struck(
     closing: impl Iterator<Item = u32>,
     bodies: &Bodies,
@@ -142,18 +149,18 @@ pub(crate) fn struck(
     closing.filter_map(|row| {
         let c = contacts.at(row);
         let ends = [c.body_a, c.body_b].map(|body| bodies.at(body));
-        // It may have turned out to be a ghost since.
+        // The contact may have become a ghost of a seam since it was listed.
         let dynamic = ends.into_iter().find(|body| body.is_dynamic() && body.active());
         dynamic.filter(|_| c.count > 0).map(|body| body.island)
     })
 }
 
-/// A blow came to its island in the last step.
+/// True if the body's island was hit in the last step.
 pub(crate) fn was_struck(body: &Body) -> bool {
     body.active() && body.fineness == Fineness::Struck
 }
 
-/// Takes the impulses of an island that was hit, and which goes on in whole substeps, back to those of a part.
+/// Rescales the impulses of an island that was hit and now continues with undivided substeps.
 pub(crate) fn take_back(
     island: &Island,
     bodies: &Bodies,
@@ -165,11 +172,12 @@ pub(crate) fn take_back(
     while at != NONE {
         let (row, body) = (at, bodies.at(at));
         at = body.island_next;
-        // Of what came to the island since nothing was kept in parts.
+        // Skip bodies that joined the island after the subdivided step.
         if !was_struck(body) {
             continue;
         }
-        // A constraint of two such bodies is of the one that stands first. What acts on nothing now may be of two islands.
+        // The body with the lower row handles a constraint of two such bodies. Inactive constraints
+        // may connect two islands.
         let is_mine = |ends: [u32; 2], place: Place| {
             let other = if ends[0] == row { ends[1] } else { ends[0] };
             place.is_somewhere() && (row <= other || !was_struck(bodies.at(other)))

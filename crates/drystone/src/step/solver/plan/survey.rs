@@ -1,4 +1,5 @@
-//! What the awake bodies say for the plan of a step, read at most once: each is a cache line elsewhere.
+//! Collects the data that the plan of a step needs from the awake bodies. Each body is another
+//! cache line, so it is read at most once.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
@@ -12,22 +13,22 @@ use crate::state::bodies::{Bodies, Body, NONE};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Survey {
     is_made: bool,
-    /// Of each awake body its island, or [`NONE`] if it has no line.
+    /// Island of each awake body, or [`NONE`] if it has no solver body.
     pub(crate) islands: Vec<u32>,
-    /// Of each awake body its constraints.
+    /// Number of constraints of each awake body.
     pub(crate) ends: Vec<u32>,
-    /// Bodies on which it depends how an island takes its substeps, a list for each range of bodies.
+    /// Bodies that affect the refinement of their island, one list for each range of bodies.
     marked: Vec<Vec<u32>>,
 }
 
 impl Survey {
-    /// Forgets what was read in the last step.
+    /// Discards the data of the last step.
     pub(crate) const fn begin(&mut self) {
         self.is_made = false;
     }
 
-    /// Reads the bodies unless that was done in this step, and marks those that particles act on, that were hit, or that `wants`
-    /// wants.
+    /// Reads the bodies once per step. It marks those that particles act on, that were hit, or that
+    /// `wants` selects.
     pub(crate) fn make(
         &mut self,
         bodies: &Bodies,
@@ -40,7 +41,7 @@ impl Survey {
         let n = bodies.awake.len();
         grow::resize(&mut self.islands, n, NONE);
         grow::resize(&mut self.ends, n, 0);
-        // SAFETY: each place is of one range.
+        // SAFETY: each index belongs to one range.
         let apart = unsafe { Apart::promise() };
         let islands = Rows::new(&mut self.islands, apart);
         let ends = Rows::new(&mut self.ends, apart);
@@ -58,13 +59,13 @@ impl Survey {
         collect_ranges(jobs, n, grain(jobs, n, 256), &mut self.marked, read);
     }
 
-    /// Those that were marked; each has a line.
+    /// The marked bodies; each has a solver body.
     pub(crate) fn marked<'b>(&self, bodies: &'b Bodies) -> impl Iterator<Item = &'b Body> {
         self.marked.iter().flatten().map(|row| bodies.at(*row))
     }
 }
 
-/// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
+/// Dynamic bodies under a constraint or a particle have a solver body; the others fly (`finalize`).
 fn has_line(body: &Body) -> bool {
     body.is_dynamic() && (body.constraints > 0 || body.dragged)
 }

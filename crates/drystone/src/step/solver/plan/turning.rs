@@ -1,4 +1,5 @@
-//! Which bodies have contacts that are made anew within the step, and how often ([`super::renew`]).
+//! Chooses the bodies whose contacts are rebuilt within the step, and how often
+//! (`contact/renew.rs`).
 
 use super::refine::fineness_of;
 use crate::base::bit_set::BitSet;
@@ -7,32 +8,34 @@ use crate::state::contacts::Contacts;
 use crate::state::shapes::Shapes;
 use crate::step::narrowphase;
 
-/// Half the least thickness of a ball over its extent, less rounding.
+/// Half the minimum thickness of a ball over its extent, less rounding.
 const ROUND: f32 = 0.98;
 
-/// Contacts of what turns farther than this in a step are made anew in each substep, those of other turning bodies in its middle [rad].
-/// There a corner comes down by a fortieth of how far out it is before it has a point.
+/// Angle per step above which contacts are rebuilt in each substep; for other turning bodies they
+/// are rebuilt in the middle of the step [rad]. At this angle a corner descends by a fortieth of
+/// its lever arm before it gets a contact point.
 const OFTEN_TURN: f32 = 0.05;
 
-/// Bodies whose contacts are made anew within the step.
+/// Bodies whose contacts are rebuilt within the step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Turning {
     pub(crate) bodies: BitSet,
-    /// Those of them whose contacts are made anew in each substep.
+    /// Bodies among these whose contacts are rebuilt in each substep.
     pub(crate) often: BitSet,
     rows: Vec<u32>,
-    /// Their lines, in order.
+    /// Their solver bodies, in order.
     pub(crate) lines: Vec<u32>,
-    /// There are some now, or were in the last step.
+    /// There are some in this step, or were in the last one.
     pub(crate) changed: bool,
-    /// Bodies of contacts that are ghosts of seams.
+    /// Bodies with contacts that are ghosts of seams.
     seamed: Vec<u32>,
 }
 
 impl Turning {
-    /// Chooses the bodies whose contacts are made anew within the step: those that turn far, and those that are about to be hit,
-    /// for what is thin turns far within the step in which it is. A ball touches at the same lever however it turns, and what
-    /// flies by more than its size in a step keeps the rows that stop it.
+    /// Chooses the bodies whose contacts are rebuilt within the step: those that turn far, and
+    /// those about to be hit. (A thin body turns far in the step of the impact.) Balls are left
+    /// out: a ball's contact has the same lever arm at any rotation. A body that flies by more than
+    /// its size in a step keeps the rows that stop it.
     pub(crate) fn choose(
         &mut self,
         fineness: &[Fineness],
@@ -59,7 +62,8 @@ impl Turning {
         self.seamed.extend(found.ghosts().flat_map(ends));
         self.seamed.sort_unstable();
         let seamed = &self.seamed;
-        // A mesh is seen whole; of tiles, hidden ones have no points that could be made anew.
+        // A mesh is one contact partner. Among tiles, hidden faces have no points that could be
+        // rebuilt.
         let is_over_several = |body: &Body| {
             let stands = |(row, side): &(u32, u32)| {
                 let c = contacts.at(*row);
@@ -78,7 +82,7 @@ impl Turning {
             let ends = [c.body_a, c.body_b].map(|row| (row, bodies.at(row)));
             let fastest = ends.map(|(_, body)| body.w.length()).into_iter().fold(0.0, f32::max);
             for (row, body) in ends {
-                // What crosses a seam keeps what was found out about it.
+                // A body that crosses a seam keeps its contacts, whose ghosts are already known.
                 if !self.bodies.contains(row)
                     && may(body)
                     && seamed.binary_search(&row).is_err()
@@ -97,7 +101,7 @@ impl Turning {
         self.changed = had_any || !self.rows.is_empty();
     }
 
-    /// Finds their lines.
+    /// Finds their solver bodies.
     pub(crate) fn place(&mut self, line_of: &[u32]) {
         self.lines.clear();
         let lines = self.rows.iter().map(|row| line_of[*row as usize]);

@@ -1,4 +1,4 @@
-//! Trees of joints that are solved at once, by elimination from the leaves to the root.
+//! Trees of joints: solved directly, by elimination from the leaves to the root.
 
 pub(crate) mod rows;
 pub(crate) mod six_dof;

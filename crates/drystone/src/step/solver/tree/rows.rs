@@ -1,35 +1,35 @@
-//! Rows of joint trees.
+//! Rows of joint trees, and their elimination.
 
 use crate::base::double::DVec3;
 use crate::step::solver::joint::sweep::JointSweep;
 use crate::step::solver::vec6::{Jacobian, Six, backward, dot, factor, forward, mul};
 
-/// What a joint of six axes has in a tree besides its rows.
+/// Additional data of a six-axis joint in a tree.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SixRow {
-    /// How many drives and limits it has; their rows follow those that it holds.
+    /// Number of drives and limits; their rows follow those of locked axes.
     pub(crate) scalars: usize,
-    /// Which axis each row is of, and that axis now.
+    /// Axis number of each row, and the current direction of that axis.
     pub(crate) axes: [usize; 6],
     pub(crate) along: [DVec3; 6],
-    /// Of each row, its coordinate and the part of its speed that the bodies' lines do not have.
+    /// Coordinate of each row, and the part of its speed that the solver bodies do not contain.
     pub(crate) place: Six,
     pub(crate) speed: Six,
-    /// Of each row of a drive or limit, its speed when the substep began.
+    /// Speed at the start of the substep, for each row of a drive or limit.
     pub(crate) start: Six,
-    /// And its impulse of this sweep.
+    /// Impulse of this sweep, for each row of a drive or limit.
     pub(crate) given: Six,
-    /// Of each axis, the impulses of its drive, friction and limit [N s; N m s].
+    /// Impulses of drive, friction and limit of each axis [N s; N m s].
     pub(crate) acting: [[f32; 3]; 6],
-    /// Impulse of all rows on body B: force, and torque about its anchor [N s; N m s, world].
+    /// Total impulse on body B: force, and torque about its anchor [N s; N m s, world].
     pub(crate) force: DVec3,
     pub(crate) torque: DVec3,
-    /// Compliance of a turn over that of a motion [1/m²].
+    /// Compliance of a rotation over that of a translation [1/m²].
     pub(crate) ease: f64,
 }
 
 impl SixRow {
-    /// Takes the impulses down to a part.
+    /// Scales the impulses by `part`.
     #[expect(clippy::cast_possible_truncation, reason = "a factor")]
     pub(crate) fn restrain(&mut self, part: f64) {
         if !(part > 0.0) {
@@ -45,27 +45,27 @@ impl SixRow {
         self.axes[row]
     }
 
-    /// Of each axis, the impulses of its drive, friction and limit.
+    /// Impulses of drive, friction and limit of each axis.
     pub(crate) const fn acting(&self) -> &[[f32; 3]; 6] {
         &self.acting
     }
 }
 
-/// What the tree's joints have in common in one sweep: see [`JointSweep`].
+/// Parameters of one sweep over trees: see [`JointSweep`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TreeSweep {
     pub(crate) h: f64,
     pub(crate) rate: f64,
     pub(crate) compliance: f64,
     pub(crate) elapsed: f64,
-    /// Gaps are closed no faster than this [m/s].
+    /// Maximum speed at which gaps close [m/s].
     pub(crate) push_speed: f64,
     pub(crate) joints: JointSweep,
 }
 
 impl TreeSweep {
-    /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones of an axis by
-    /// what is [`beyond`](crate::step::context::caps::Caps::beyond) it.
+    /// Rate [1/s] at which a gap of this size closes: its speed is at most `fastest`, plus
+    /// [`beyond`](crate::step::context::caps::Caps::beyond) for large gaps of an axis.
     pub(crate) fn closing_rate(&self, size: f64, fastest: f64, axis: usize) -> f64 {
         let fastest = fastest + self.joints.caps.beyond(size, axis);
         if self.rate * size > fastest { fastest / size } else { self.rate }
@@ -78,10 +78,10 @@ pub(crate) struct TreeBody {
     pub(crate) line: u32,
     pub(crate) alpha: f64,
     pub(crate) s: [DVec3; 3],
-    /// What the joints of the tree made of its velocity (whitened), as the line carries it.
+    /// Velocity change by the tree's joints (whitened), as the solver body carries it.
     pub(crate) carried: Six,
     pub(crate) u: Six,
-    /// Its velocity when the substep began (whitened).
+    /// Velocity at the start of the substep (whitened).
     pub(crate) start: Six,
     pub(crate) motion: Six,
     /// Geometric stiffness, times h² [kg m²].
@@ -89,40 +89,41 @@ pub(crate) struct TreeBody {
     /// Lower half of the matrix, then its factor with inverse diagonal.
     pub(crate) h: [Six; 6],
     pub(crate) x: Six,
-    /// Of several solutions, their sum.
+    /// Sum of several solutions.
     pub(crate) sum: Six,
 }
 
 /// A joint of a tree.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TreeRow {
-    /// Rows that count.
+    /// Number of active rows.
     pub(crate) count: usize,
-    /// Arms of child and parent; those of a ball, and its gap, at the step's start, signed as child less parent.
+    /// Lever arms of child and parent. For a ball joint these and the gap are those of the step's
+    /// start, signed as child less parent.
     pub(crate) r_child: DVec3,
     pub(crate) r_parent: DVec3,
     pub(crate) gap: DVec3,
     pub(crate) drift: DVec3,
-    /// Impulse of each row, and what that is on the child [N s].
+    /// Impulse of each row, and their total on the child [N s].
     pub(crate) lambda: Six,
     pub(crate) impulse: DVec3,
-    /// Of a joint of six axes.
+    /// Six-axis joints only.
     pub(crate) six: SixRow,
-    /// After the rows that count those of drives and limits.
+    /// Jacobian rows; rows of drives and limits follow the active ones.
     pub(crate) child: Jacobian,
     pub(crate) parent: Jacobian,
-    /// Factor of the joint's matrix with inverse diagonal; the rows through the child's factor, and through the
-    /// joint's at the body that it is eliminated into.
+    /// Factor of the joint's matrix with inverse diagonal; the rows through the child's factor; and
+    /// the rows through the joint's factor, at the body into which the joint is eliminated.
     pub(crate) k: [Six; 6],
     pub(crate) y: Jacobian,
     pub(crate) w: Jacobian,
     /// Right side, then impulses.
     pub(crate) rhs: Six,
-    /// Greatest speeds at which its motions and turns close in this sweep [m/s; rad/s].
+    /// Maximum speeds at which its translations and rotations close in this sweep [m/s; rad/s].
     pub(crate) closing: [f64; 2],
 }
 
-/// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
+/// Sets the rows of a ball joint: velocity at the lever arm `r`, times `sign`, which is S (r × e).
 pub(crate) fn put_ball(rows: &mut Jacobian, sign: f64, body: &TreeBody, r: DVec3) {
     let across = [
         DVec3 { x: 0.0, y: r.z, z: -r.y },
@@ -137,12 +138,12 @@ pub(crate) fn put_ball(rows: &mut Jacobian, sign: f64, body: &TreeBody, r: DVec3
 }
 
 impl TreeBody {
-    /// The greatest stiffness of an impulse `p` at the arm `r` against turning, times h.
+    /// Adds the maximum stiffness of an impulse `p` at the lever arm `r` against rotation, times h.
     pub(crate) fn stiffen(&mut self, h: f64, p: DVec3, r: DVec3) {
         self.turning += 0.5 * h * (p.dot(r) + p.length() * r.length());
     }
 
-    /// H before anything is eliminated into it.
+    /// Sets H before any elimination into it.
     pub(crate) fn begin(&mut self) {
         self.h = [[0.0; 6]; 6];
         for i in 0..6 {
@@ -156,7 +157,7 @@ impl TreeBody {
         self.x = [0.0; 6];
     }
 
-    /// Eliminates a joint that is factored.
+    /// Eliminates a factored joint into this body.
     #[inline(always)]
     pub(crate) fn take(&mut self, joint: &TreeRow, n: usize) {
         let w = &joint.w;
@@ -170,13 +171,13 @@ impl TreeBody {
 }
 
 impl TreeRow {
-    /// Velocity of the gap by kinematic bodies, of a ball.
+    /// Velocity of a ball joint's gap by kinematic bodies.
     pub(crate) const fn drift(&self) -> DVec3 {
         self.drift
     }
 
-    /// Eliminates the body below, if any; then factors its own matrix, for the body above, or that below
-    /// if there is none.
+    /// Eliminates the body below, if any. Then factors the joint's own matrix, for the body above,
+    /// or for the body below if there is none above.
     #[inline(always)]
     pub(crate) fn factor(&mut self, below: Option<&TreeBody>, n: usize) {
         let own = if below.is_some() { &self.parent } else { &self.child };
@@ -205,7 +206,7 @@ impl TreeRow {
         }
     }
 
-    /// The right side after what the body below takes of it.
+    /// Reduces the right side by the contribution of the body below.
     #[inline(always)]
     pub(crate) fn reduce(&mut self, below: Option<&Six>, n: usize) {
         if let Some(x) = below {
@@ -216,8 +217,8 @@ impl TreeRow {
         forward(&self.k, &mut self.rhs, n);
     }
 
-    /// The impulse of each row, given its rows on the body that it was eliminated into and what that body's
-    /// velocity changes by.
+    /// Computes the impulse of each row, from its rows on the body into which it was eliminated and
+    /// that body's velocity change.
     #[inline(always)]
     pub(crate) fn solve(&mut self, is_world: bool, x: &Six, n: usize) {
         let rows = if is_world { &self.child } else { &self.parent };

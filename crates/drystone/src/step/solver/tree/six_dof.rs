@@ -1,10 +1,14 @@
-//! Joints of six axes in trees: rows of the axes that they hold. Symbols and algebra: sixdof.rs, tree.rs.
+//! Six-axis joints in trees: rows of their locked axes, drives and limits. Symbols and algebra:
+//! joint/six_dof/kernel.rs, tree/sweep.rs.
 //!
-//! Drives and limits come after the locked axes of all joints, by the laws of sixdof.rs, each behind the whole
-//! tree: its inverse mass is the tree's answer to an impulse of its own, found with the factors at hand. So a
-//! hinge at the shoulder feels the arm with all that it carries. The answers of all to all are a small matrix,
-//! on which they are solved in rounds; n of them cost n + 1 substitutions a step and one a sweep.
-//! Angles are held as softly as by a spring on the inertia of the whole tree.
+//! Drives and limits come after the locked axes of all joints, by the laws of
+//! joint/six_dof/drive.rs, each through the whole tree. The inverse mass of a drive is the tree's
+//! response to a unit impulse of it, computed with the available factors. So the mass at a
+//! shoulder's hinge is that of the arm with its whole load.
+//!
+//! The responses of all to all form a small matrix, on which drives and limits are solved in
+//! rounds. n of them cost n + 1 substitutions per step and one per sweep. Angles are held as softly
+//! as by a spring on the inertia of the whole tree.
 
 use fearless_simd::{SimdBase, dispatch};
 
@@ -18,10 +22,11 @@ use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::forest::{Tree, TreeJoint};
 use crate::step::solver::vec6::{Six, curve, dot, halves, mul, shift};
 
-/// Most rounds over the drives and limits of a tree in a sweep; they begin with the impulses of the last one.
+/// Maximum rounds over the drives and limits of a tree in a sweep; they start from the impulses of
+/// the last sweep.
 const ROUNDS: usize = 32;
 
-/// Rounds end when none changes its speed by more than this [m/s; rad/s].
+/// Rounds end when no row changes its speed by more than this [m/s; rad/s].
 const SETTLED: f64 = 1.0e-6;
 
 /// The vector of one of eight joints.
@@ -30,7 +35,7 @@ fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     DVec3 { x: f64::from(x[lane]), y: f64::from(y[lane]), z: f64::from(z[lane]) }
 }
 
-/// Impulse of drive, friction and limit together.
+/// Total impulse of drive, friction and limit.
 fn whole(acting: [f32; 3]) -> f64 {
     acting.into_iter().map(f64::from).sum()
 }
@@ -38,13 +43,13 @@ fn whole(acting: [f32; 3]) -> f64 {
 /// A body of the joint in this sweep.
 struct Side<'a> {
     body: &'a TreeBody,
-    /// Its motion and turn in the step so far.
+    /// Translation and rotation in the step so far.
     moved: DVec3,
     turn: DVec3,
-    /// Arm at the step's start, and how far it has moved from there.
+    /// Lever arm at the step's start, and its displacement since.
     start: DVec3,
     shift: DVec3,
-    /// Angular velocity of its own, if it is kinematic.
+    /// Angular velocity of a kinematic body.
     spin: DVec3,
 }
 
@@ -59,7 +64,7 @@ impl<'a> Side<'a> {
         mul(&self.body.s, halves(&self.body.u).1) + self.spin
     }
 
-    /// The row of a motion along `u` at the arm `r`, and of a turn about `n`.
+    /// The row of a translation along `u` at the lever arm `r`, and of a rotation about `n`.
     fn along(&self, sign: f64, u: DVec3, r: DVec3) -> Six {
         let (v, w) = (u * (sign * self.body.alpha), mul(&self.body.s, r.cross(u)) * sign);
         [v.x, v.y, v.z, w.x, w.y, w.z]
@@ -72,8 +77,8 @@ impl<'a> Side<'a> {
 }
 
 impl Solver<'_> {
-    /// What turns give way over what motions do [1/m²]: the square of the radius of gyration of a tree is the
-    /// inertia about its center over its mass.
+    /// Compliance of rotations over that of translations [1/m²]. The squared radius of gyration of
+    /// a tree is the inertia about its center over its mass.
     pub(crate) fn turn_ease(&self, tree: &Tree) -> f64 {
         let bodies = || {
             tree.bodies.clone().map(|i| {
@@ -97,7 +102,7 @@ impl Solver<'_> {
         if inertia > 0.0 { mass / inertia } else { 1.0 }
     }
 
-    /// The rows of a joint of six axes, with the impulses of the last step.
+    /// Prepares the rows of a six-axis joint, with the impulses of the last step.
     pub(crate) fn prepare_tree_six(&self, tree: &TreeJoint, row: &mut TreeRow, ease: f64) {
         *row = TreeRow::default();
         row.six.ease = ease;
@@ -116,7 +121,7 @@ impl Solver<'_> {
         (self.sixdofs.read(tree.six as usize / LANES), tree.six as usize % LANES)
     }
 
-    /// Gives the bodies what drives and limits did in the last substep.
+    /// Applies the impulses of drives and limits in the last substep to the bodies.
     pub(crate) fn push_scalars(&self, tree: &Tree) {
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree_rows.read(i);
@@ -126,7 +131,7 @@ impl Solver<'_> {
         }
     }
 
-    /// An impulse of one row, on bodies whose x is yet to be solved.
+    /// Adds an impulse of one row to the right sides `x` of the bodies.
     fn push_row(&self, joint: &TreeJoint, row: &TreeRow, k: usize, p: f64) {
         let child = self.tree_bodies.row(joint.child as usize);
         for c in 0..6 {
@@ -140,7 +145,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Solves the tree for what is in bodies' x instead of its gaps.
+    /// Solves the tree for the right sides in the bodies' `x`, with zero gaps.
     fn respond(&self, tree: &Tree) {
         for (i, _) in self.tree_joints(tree) {
             self.tree_rows.row(i).rhs = [0.0; 6];
@@ -154,7 +159,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Rate of a row's coordinate by some velocity of the bodies.
+    /// Rate of a row's coordinate at the bodies' velocities `of`.
     fn rate(
         &self,
         joint: &TreeJoint,
@@ -169,9 +174,9 @@ impl Solver<'_> {
         rate
     }
 
-    /// Solves drives and limits one after the other, in rounds, each as if the whole tree held exactly: its
-    /// inverse mass is what the tree answers to an impulse of its own, and the others feel it by their answers
-    /// to that. What they gave together then goes through the tree once.
+    /// Solves drives and limits one after another, in rounds, each as if the whole tree held
+    /// exactly. The inverse mass of each is the tree's response to its own impulse, and the
+    /// response acts on the others. The total impulse then passes through the tree once.
     pub(crate) fn solve_scalars(&self, tree: &Tree, sweep: &TreeSweep) {
         let n = tree.scalars;
         if n == 0 {
@@ -222,9 +227,9 @@ impl Solver<'_> {
         }
     }
 
-    /// Responses of drives and limits to each other. Those of the step's start serve
-    /// the whole step: what is given in a sweep beyond what was given in the last is little, and goes through
-    /// the tree as it is then.
+    /// Computes the responses of drives and limits to each other. They are computed at the step's
+    /// start and serve the whole step. The impulses of a sweep differ little from those of the last
+    /// one, and that difference passes through the tree in its current state.
     fn find_gains(&self, tree: &Tree) {
         let (n, gains) = (tree.scalars, self.tree_gains.slice(tree.gains.clone()));
         let mut of = 0;
@@ -239,7 +244,7 @@ impl Solver<'_> {
         }
     }
 
-    /// What the bodies' x are to each drive and limit.
+    /// The rate of each drive and limit at the bodies' `x`.
     fn answers(&self, tree: &Tree, out: &mut [f64]) {
         let mut to = 0;
         for (i, joint) in self.tree_joints(tree) {
@@ -251,7 +256,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Solves each drive and limit once; returns the greatest change of its speed.
+    /// Solves each drive and limit once; returns the maximum change of a speed.
     fn round(&self, tree: &Tree, gains: &[f64], sweep: &TreeSweep) -> f64 {
         let n = tree.scalars;
         let (mut of, mut greatest) = (0, 0.0);
@@ -278,7 +283,7 @@ impl Solver<'_> {
         greatest
     }
 
-    /// Solves a drive and limit whose inverse mass is `give`; returns the impulse more than it had.
+    /// Solves a drive and limit of inverse mass `give`; returns the change of its impulse.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     fn solve_scalar(
         &self,
@@ -288,7 +293,7 @@ impl Solver<'_> {
         give: f64,
         sweep: &TreeSweep,
     ) -> f64 {
-        // What is left of a turn that the tree allows not at all is rounding.
+        // For a rotation that the tree excludes completely, the remainder is rounding error.
         let own = dot(&row.child[k], &row.child[k]) + dot(&row.parent[k], &row.parent[k]);
         let give = if give > own * 1.0e-9 { give } else { 0.0 };
         let axis = row.six.axes[k];
@@ -316,8 +321,8 @@ impl Solver<'_> {
         given
     }
 
-    /// A joint's rows, matrix and right side, and how it stiffens its bodies; without a sweep, the rows alone, as
-    /// they are when a step begins.
+    /// Builds a joint's rows, matrix and right side, and the stiffness that it adds to its bodies.
+    /// Without a sweep, builds the rows alone, at the step's start.
     pub(crate) fn form_six(
         &self,
         joint: &TreeJoint,
@@ -366,13 +371,13 @@ impl Solver<'_> {
     }
 }
 
-/// A joint as it is in a sweep.
+/// A joint in a sweep.
 struct Now<'a> {
     a: Side<'a>,
     b: Side<'a>,
     arm_a: DVec3,
     arm_b: DVec3,
-    /// Anchor B less anchor A, turn of B less that of A, velocities of kinematic bodies.
+    /// Anchor B less anchor A, rotation of B less that of A, velocities of kinematic bodies.
     gap: DVec3,
     turn: DVec3,
     drift: DVec3,
@@ -383,7 +388,7 @@ impl<'a> Now<'a> {
         let a = Side::new(a, vector(&block.r_a, lane), vector(&block.spin_a, lane), elapsed);
         let b = Side::new(b, vector(&block.r_b, lane), vector(&block.spin_b, lane), elapsed);
         let drift = vector(&block.drift, lane);
-        // Shifts by themselves: arms of meters would round away what a gap is.
+        // Add displacements only: lever arms of meters would round away the gap.
         let moved = b.moved - a.moved + drift * elapsed + (b.shift - a.shift);
         let gap = vector(&block.gap, lane) + moved;
         let (arm_a, arm_b) = (a.start + a.shift + gap, b.start + b.shift);
@@ -392,7 +397,7 @@ impl<'a> Now<'a> {
         Self { a, b, arm_a, arm_b, gap, turn, drift }
     }
 
-    /// What turns in a substep of `h` add to the gap's mean speed.
+    /// Contribution of rotation in a substep of `h` to the gap's mean speed.
     fn bend(&self, h: f64) -> DVec3 {
         let Self { a, b, arm_a, arm_b, .. } = self;
         let (wa, wb) = (a.spins(), b.spins());
@@ -402,7 +407,7 @@ impl<'a> Now<'a> {
         curve(wb, *arm_b, h) - curve(wa, *arm_a, h) - wa.cross(slip) * h
     }
 
-    /// Rows of the axes that are held, then of those that are driven or limited.
+    /// Builds the rows of locked axes, then the rows of driven or limited axes.
     fn form(
         &self,
         block: &SixBlock,
@@ -447,12 +452,12 @@ impl<'a> Now<'a> {
 }
 
 impl TreeRow {
-    /// How many rows it has with those of drives and limits.
+    /// Number of rows including drives and limits.
     pub(crate) fn all(&self) -> usize {
         self.count + self.six.scalars
     }
 
-    /// Notes what the rows' impulses are together.
+    /// Stores the total force and torque of the rows' impulses.
     pub(crate) fn note_six(&mut self, is_child_a: bool) {
         let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         for i in 0..self.all() {
@@ -467,14 +472,14 @@ impl TreeRow {
         self.impulse = if is_child_a { -force } else { force };
     }
 
-    /// Writes what the rows' impulses are together to a block and lane.
+    /// Writes the total force and torque to a block and lane.
     pub(crate) fn put_six(&self, block: &mut SixBlock, place: u32) {
         let lane = place as usize % LANES;
         put(&mut block.carried, lane, self.six.force.single());
         put(&mut block.torque, lane, self.six.torque.single());
     }
 
-    /// Writes the impulses to where joints of six axes have theirs: a block and lane.
+    /// Writes the impulses to the block and lane of a six-axis joint.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     pub(crate) fn store_six(&self, block: &mut SixBlock, place: u32) {
         let (six, lane) = (&self.six, place as usize % LANES);

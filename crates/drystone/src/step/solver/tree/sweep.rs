@@ -1,25 +1,28 @@
-//! A tree of joints, solved at once by factoring its equations from the leaves to the root
+//! Solves a tree of joints directly, by factoring its equations from the leaves to the root
 //! [Baraff96].
 //!
-//! With velocities of bodies before any impulse of the tree's joints as u, and x their change by those,
+//! With u the velocities of bodies before any impulse of the tree's joints, and x their change by
+//! these impulses,
 //!
 //! ```text
 //! H x - Jᵀ λ = 0        H = 1 + S g S for the rotation of each body
 //! J x + Γ λ = -(J u + rate · gap)
 //! ```
 //!
-//! Bodies and joints are the nodes of a tree, so that each of them is eliminated into one neighbor and
-//! no fill arises: a joint into its parent body after the body below it, a 6 × 6 Cholesky factorization and
-//! one of as many rows as the joint holds axes: 3 of a ball, up to 6 of a joint of six axes, whose rows are
-//! in tree_six.rs. Γ is that of a spring on the mass of the whole tree, for the solution needs
-//! no softness of its own; gaps close no faster than contacts push.
+//! Bodies and joints are the nodes of a tree, so each is eliminated into one neighbor without fill.
+//! A joint is eliminated into its parent body after the body below it. That takes a 6 × 6 Cholesky
+//! factorization, and one with as many rows as the joint locks axes. A ball joint has 3 rows. A
+//! six-axis joint has up to 6, which are in six_dof.rs. Γ is that of a spring on the mass of the
+//! whole tree, because the solution needs no softness of its own. Gaps close no faster than
+//! contacts push.
 //!
-//! g is the geometric stiffness of a substep: a body that is pulled at its ends by F is turned back as by a
-//! spring of F r, and light links under a heavy load swing faster than substeps can follow. h² F r
-//! as an inertia against these joints' impulses keeps every frequency below 1/h, and is small next to
-//! the inertia of what hangs on the joint, (ω h)² of it [Andrews17].
-//! Double precision: what cancels in a chain are masses a thousand and more apart.
-//! See docs/decisions/017-direct-joint-trees.md.
+//! g is the geometric stiffness of a substep. A body pulled at its ends by F is turned back as by a
+//! spring of F r. Light links under a heavy load then swing faster than substeps can follow. The
+//! inertia h² F r against these joints' impulses keeps every frequency below 1/h. It is small next
+//! to the inertia of the load on the joint, (ω h)² of it [Andrews17].
+//!
+//! The solve uses double precision, because masses in a chain that differ by a factor of a thousand
+//! and more cancel. See docs/decisions/017-direct-joint-trees.md.
 
 use super::rows::{TreeBody, TreeRow, TreeSweep, put_ball};
 use crate::base::double::DVec3;
@@ -36,10 +39,11 @@ use crate::step::solver::vec6::{
     Six, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
 };
 
-/// Part of the compliance in a relax sweep.
+/// Factor on the compliance in a relax sweep.
 const RELAX: f64 = 0.01;
 
-/// Calls with the number of rows of a joint, so that balls, which are most, get loops of a known length.
+/// Calls with the number of rows of a joint as a constant for ball joints, the most frequent kind,
+/// so that their loops have a known length.
 macro_rules! of_rows {
     ($count:expr, $n:ident => $call:expr) => {
         match $count {
@@ -66,7 +70,7 @@ impl Solver<'_> {
         tree.joints.clone().zip(&joints[tree.joints.clone()])
     }
 
-    /// Builds the rows of a group's trees and applies their impulses to the lines.
+    /// Builds the rows of a group's trees and applies their impulses to the solver bodies.
     pub(crate) fn prepare_trees(&self, group: &Group) {
         for tree in self.trees(group) {
             for i in tree.bodies.clone() {
@@ -81,7 +85,7 @@ impl Solver<'_> {
                     ..TreeBody::default()
                 };
             }
-            // Balls hold no turns.
+            // Ball joints lock no rotation.
             let has_six = self.tree_joints(tree).any(|(_, joint)| joint.six != NONE);
             let ease = if has_six { self.turn_ease(tree) } else { 0.0 };
             for (i, joint) in self.tree_joints(tree) {
@@ -127,7 +131,7 @@ impl Solver<'_> {
         *self.tree_rows.row(i) = row;
     }
 
-    /// What the impulses of the last step do now.
+    /// Applies the impulses of the last step along the current rows.
     fn warm_start(&self, tree: &Tree) {
         let h = f64::from(self.ctx.h);
         for (i, joint) in self.tree_joints(tree) {
@@ -155,7 +159,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Velocities with the change by joints.
+    /// Writes the velocities, including the change by joints, to the solver body.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     fn put_velocity(&self, body: &mut TreeBody) {
         let line = self.lines.row(body.line as usize);
@@ -169,14 +173,14 @@ impl Solver<'_> {
     /// Solves the trees of a group.
     pub(crate) fn sweep_trees(&self, group: &Group, joints: &JointSweep, jobs: &Jobs<'_>) {
         let soft = self.ctx.soft_tree;
-        // Without bias, what is left of the compliance is for joints that contradict each other.
+        // Without bias, a remaining compliance is needed for joints that contradict each other.
         let (rate, part) = if joints.is_relax { (0.0, RELAX) } else { (soft.rate, 1.0) };
         let sweep = TreeSweep {
             h: f64::from(self.ctx.h),
             rate: f64::from(rate),
             compliance: part * f64::from(soft.compliance),
-            // Rows as they are now: at a substep of 1/60 s and 1000:1, those of the middle of its motion, which
-            // single joints take, made a chain fly apart.
+            // Rows at the current positions. At a substep of 1/60 s and 1000:1, rows at the middle
+            // of the substep's motion, as single joints use, made a chain fly apart.
             elapsed: f64::from(joints.elapsed + joints.back),
             push_speed: f64::from(self.ctx.push_speed),
             joints: JointSweep { hardest: self.ctx.hardest_in_trees, ..*joints },
@@ -252,9 +256,9 @@ impl Solver<'_> {
         }
     }
 
-    /// Takes the impulses of a tree down to a part.
+    /// Scales the impulses of a tree by `part`.
     pub(crate) fn restrain_tree(&self, tree: &Tree, part: f64) {
-        // What is no number stays none when it is multiplied.
+        // NaN stays NaN under multiplication, so a factor of 0 needs its own case.
         let is_some = part > 0.0;
         let taken = |six: &Six| if is_some { six.map(|p| p * part) } else { [0.0; 6] };
         for i in tree.bodies.clone() {
@@ -290,7 +294,8 @@ impl Solver<'_> {
         factor(&mut self.tree_bodies.row(tree.bodies.end - 1).h, 6);
     }
 
-    /// What bodies' x and joints' right sides as given come to: changes of velocity and impulses.
+    /// Solves for the right sides in the bodies' `x` and the joints' `rhs`: these become changes of
+    /// velocity and impulses.
     pub(crate) fn substitute(&self, tree: &Tree) {
         for (i, joint) in self.tree_joints(tree) {
             let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
@@ -317,7 +322,7 @@ impl Solver<'_> {
             }
             let x = &self.tree_bodies.read(joint.parent as usize).x;
             of_rows!(row.count, n => row.solve(false, x, n));
-            // The body's x is H^-1/2 of its right side yet.
+            // At this point the body's x is still H^-1/2 of its right side.
             let mut more = [0.0; 6];
             push(&mut more, &row.child, &row.rhs, row.count);
             forward(&body.h, &mut more, 6);
@@ -328,7 +333,7 @@ impl Solver<'_> {
         }
     }
 
-    /// A joint's rows, matrix and right side, and how it stiffens its bodies.
+    /// Builds a joint's rows, matrix and right side, and the stiffness that it adds to its bodies.
     fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &TreeSweep, compliance: f64) {
         let child = self.tree_bodies.row(joint.child as usize);
         let (x, t) = halves(&child.motion);
@@ -376,7 +381,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Writes the impulses of a group's trees back; those of joints of six axes to their blocks.
+    /// Writes the impulses of a group's trees back; those of six-axis joints go to their blocks.
     pub(crate) fn store_trees(&self, group: &Group) {
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree) {

@@ -1,4 +1,4 @@
-//! The turns of eight joints of six axes: what [`crate::state::six`] says of one.
+//! Computes the joint angles of eight six-axis joints, as [`crate::state::six`] does for one.
 
 use fearless_simd::{Simd, SimdFloat};
 
@@ -8,27 +8,27 @@ use crate::base::simd::wide::{
 use crate::base::simd::wide_quat::{Quatw, atan2};
 use crate::state::six::{LEAST_TWIST, NO_SWING, SixLaws};
 
-/// Axes of the turns, the angles, and the direction of the swing.
+/// Rotation axes, angles, and the direction of the swing.
 pub(crate) struct Angles<S: Simd> {
     pub(crate) rows: [Vec3w<S>; 3],
     pub(crate) angles: [Wide<S>; 3],
     pub(crate) swing: [Wide<S>; 2],
 }
 
-/// How the frames of eight joints stand: their axes, and B in A.
+/// Frames of eight joints: their axes, and B relative to A.
 struct Frames<S: Simd> {
     a: [Vec3w<S>; 3],
     b: [Vec3w<S>; 3],
     q: Quatw<S>,
 }
 
-/// The one of three vectors that is marked by a 1.
+/// Selects one of three vectors: the one marked by a 1.
 #[inline(always)]
 fn marked<S: Simd>(of: &[Vec3w<S>; 3], mark: Vec3w<S>) -> Vec3w<S> {
     of[0] * mark.x + of[1] * mark.y + of[2] * mark.z
 }
 
-/// `new` where `mask` and this number is marked by a 1, else `old`.
+/// `new` where `mask` is set and the number is marked by a 1, else `old`.
 #[inline(always)]
 fn put<S: Simd>(simd: S, mask: Mask<S>, mark: Wide<S>, new: Wide<S>, old: Wide<S>) -> Wide<S> {
     select(mask, select(above(mark, splat(simd, 0.5)), new, old), old)
@@ -46,8 +46,8 @@ fn put_row<S: Simd>(
 }
 
 impl<S: Simd> Angles<S> {
-    /// With the frames of A and B turned so. `turnings` says which kinds of joints there are among them, `last` are the angles
-    /// before.
+    /// Computes the angles from the frames of A and B. `turnings` lists the kinds of joints among
+    /// them, `last` are the former angles.
     #[inline(always)]
     pub(crate) fn new(
         simd: S,
@@ -68,7 +68,7 @@ impl<S: Simd> Angles<S> {
         }
         let [x, y, z, kind] = gather4(simd, of);
         let mark = Vec3w { x, y, z };
-        // Of kinds 1, 2 and 4 each passes over those before it.
+        // Each of the kinds 1, 2 and 4 overwrites the ones before.
         if turnings & SixLaws::HINGE != 0 {
             turns.hinge(simd, &at, above(kind, splat(simd, 0.5)), mark, last);
         }
@@ -81,7 +81,7 @@ impl<S: Simd> Angles<S> {
         turns
     }
 
-    /// About the marked axis.
+    /// Rotation about the marked axis.
     #[inline(always)]
     fn hinge(
         &mut self,
@@ -106,14 +106,14 @@ impl<S: Simd> Angles<S> {
         }
     }
 
-    /// About all but the marked axis k: i with body A, j with B.
+    /// Rotation about all but the marked axis k: about i of body A and j of body B.
     #[inline(always)]
     fn universal(&mut self, simd: S, at: &Frames<S>, mask: Mask<S>, k: Vec3w<S>) {
         let (one, two) = (splat(simd, 1.0), splat(simd, 2.0));
         // i is y where k is x, else x; j is y where k is z, else z.
         let i = Vec3w { x: one - k.x, y: k.x, z: splat(simd, 0.0) };
         let j = Vec3w { x: splat(simd, 0.0), y: k.z, z: one - k.z };
-        // i × j is k or its opposite.
+        // i × j is k or -k.
         let sign = one - two * k.y;
         let (a_i, a_j, a_k) = (marked(&at.a, i), marked(&at.a, j), marked(&at.a, k));
         let (b_i, b_j, b_k) = (marked(&at.b, i), marked(&at.b, j), marked(&at.b, k));
@@ -138,7 +138,7 @@ impl<S: Simd> Angles<S> {
         }
     }
 
-    /// A twist about x and a swing, its direction told where there is a cone.
+    /// A twist about x and a swing; its direction is computed where there is a cone.
     #[inline(always)]
     fn swing(&mut self, simd: S, at: &Frames<S>, mask: Mask<S>, laws: &[&SixLaws; LANES]) {
         let (zero, one, two) = (splat(simd, 0.0), splat(simd, 1.0), splat(simd, 2.0));
@@ -194,7 +194,7 @@ mod tests {
     use crate::state::def::sixdof::{JointAxis, SixDof};
     use crate::state::six::{self, Turning};
 
-    /// Joints of every kind of turning.
+    /// Joints of every kind of rotation.
     fn kinds() -> Vec<SixDof> {
         let (free, locked) = (JointAxis::FREE, JointAxis::LOCKED);
         let mut kinds: Vec<SixDof> = (0..8_u8)
@@ -221,7 +221,7 @@ mod tests {
                 let axis = vec3(number(), number(), number());
                 Quat::from_axis_angle(axis, size * number())
             };
-            // Every ninth round has them near no turn at all.
+            // Every ninth round has frames near zero rotation.
             let size = if round % 9 == 0 { 1.0e-4 } else { 3.0 };
             let defs: [SixDof; LANES] = core::array::from_fn(|i| kinds[(round + i) % kinds.len()]);
             let frames: [Quat; LANES] = core::array::from_fn(|_| turn(3.0));
@@ -265,8 +265,8 @@ mod tests {
         }
     }
 
-    /// How well what a joint tells is told: the sine of the angle between the two axes of a universal joint, those of half the
-    /// swing and of what it lacks to opposite axes.
+    /// Conditioning of a joint's angles. Universal joint: the sine of the angle between its two
+    /// axes. Swing: the sines of half the swing and of its distance to opposite axes.
     fn sharpness(def: &SixDof, turns: &six::Turns) -> f32 {
         match def.turning() {
             Turning::Still | Turning::Hinge(_) => 1.0,
@@ -279,7 +279,8 @@ mod tests {
         }
     }
 
-    /// Products of two and three unit quaternions are rounded by 1e-7 a product, and twice as much as angles.
+    /// Products of two and three unit quaternions have rounding errors of 1e-7 per product, and
+    /// twice that as angles.
     fn same(one: &six::Turns, got: &six::Turns, def: &SixDof) {
         let longest = one.rows.iter().map(|row| row.length()).fold(1.0, f32::max);
         let allowed = 2.0e-6 * longest * longest / sharpness(def, one).max(1.0e-6);

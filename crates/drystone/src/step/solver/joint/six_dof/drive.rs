@@ -5,10 +5,11 @@ use fearless_simd::Simd;
 use crate::base::simd::wide::{Lanes, Wide, above, load, max, min, select, splat};
 use crate::state::six::STIFF;
 
-/// A damper above this [N s/m; N m s/rad] is none, but a motor: it holds its speed whatever comes.
+/// Damping above this makes a damper a motor, which holds its speed under any load [N s/m; N m
+/// s/rad].
 const MOTOR: f32 = 0.5 * STIFF;
 
-/// A spring and damper of an axis.
+/// Spring and damper of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(crate) struct Push {
@@ -28,11 +29,15 @@ pub(crate) struct Law<S: Simd> {
 }
 
 impl Push {
-    /// Where it is slower than a substep, a spring on the inverse mass `k`, which all else gives the speed `gained` in the
-    /// substep, swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
-    /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
-    /// at the end of the substep, which damps it; one harder than `hardest`, or of more than one radian a substep, is as hard as that,
-    /// stiffness and damping in their proportion. See docs/derivations/joints.md.
+    /// Coefficients of the spring on the inverse mass `k`; `gained` is the speed that all other
+    /// forces add in the substep.
+    ///
+    /// A spring slower than a substep swings as the exact one does: v' = (1 - B) v - A x has the
+    /// eigenvalues exp(z h), approximated as (12 + 6 z + z²)/(12 - 6 z + z²). It comes to rest
+    /// where the exact one does. A faster spring, or a motor, is evaluated at the end of the
+    /// substep, which damps it. One stiffer than `hardest`, or of more than one radian per substep,
+    /// is limited to that, with stiffness and damping in their proportion. See
+    /// docs/derivations/joints.md.
     #[inline(always)]
     pub(crate) fn law<S: Simd>(
         &self,
@@ -60,7 +65,8 @@ impl Push {
             bias: -(c * w * load(simd, &self.speed)),
         };
         let is_fast = above(max(c, p), one);
-        // The damping of a motor, squared, has a reciprocal so small that processors take a hundred times as long for it.
+        // The squared damping of a motor has a subnormal reciprocal, which takes processors a
+        // hundred times as long.
         let (c, p) = (min(c, one), min(p, one));
         let q = one / (n144 + n72 * c + n12 * (c * c + p) + n6 * p * c + p * p);
         let slow = Law {

@@ -1,17 +1,28 @@
-//! The kernel of joints of six axes, eight at a time.
+//! The kernel of six-axis joints: solves eight at a time.
 //!
-//! Symbols: u are the axes of motion (turned with body A), n those of the turns, λ impulses along u, μ about
-//! n; d is anchor B less anchor A. A force along u acts at anchor B on both bodies, so that with d ≠ 0 (a
-//! slider) it makes no torque: the arm of A is r_a + d. Angles go on from the step's start by
-//! ε = θ_b - θ_a - θ_a × θ_b / 2, the turn of B against A to second order: no trigonometry here.
+//! Symbols: u are the axes of translation (rotated with body A), n the axes of rotation, λ impulses
+//! along u, μ about n; d is anchor B less anchor A. A force along u acts at anchor B on both
+//! bodies, so it makes no torque at d ≠ 0 (a slider): the lever arm of A is r_a + d. Angles advance
+//! from the step's start by ε = θ_b - θ_a - θ_a × θ_b / 2, the rotation of B relative to A to
+//! second order, without trigonometry.
 //!
-//! All locked axes come first, at once: their 6 × 6 matrix by blocks, L over the locked motions, C over both,
-//! A over the turns; the turns are solved with A - Cᵀ L⁻¹ C. Then drive, friction and limit, one axis after the
-//! other. Each is felt through the locked axes: with K the coupling of its row to theirs, its inverse mass
-//! is less by Kᵀ M K, M their inverse matrix, and along with its impulse they get -M K of it, which leaves
-//! them at rest. So a hinge's limit is that of a body about its anchor, and a slider's spring is one on the
-//! whole mass wherever its anchor is. (Without that a sweep takes away only a quarter of the speed of a rod
-//! held at its end.) Warm start as of balls: see joint.rs and docs/decisions/016-joint-energy.md.
+//! All locked axes are solved first, as one system. Their 6 × 6 matrix has the blocks L over the
+//! locked translations, A over the rotations and C between them:
+//!
+//! ```text
+//! | L   C |
+//! | Cᵀ  A |      rotations are solved with A - Cᵀ L⁻¹ C
+//! ```
+//!
+//! Then drive, friction and limit follow, one axis after another, each through the locked axes.
+//! With K the coupling of its row to theirs and M their inverse matrix, its inverse mass is reduced
+//! by Kᵀ M K. Along with its impulse the locked axes get -M K of it, which keeps them at rest. So
+//! the mass at a hinge's limit is that of a body about its anchor, and a slider's spring acts on
+//! the whole mass wherever its anchor is. (Without that a sweep removes only a quarter of the speed
+//! of a rod held at its end.)
+//!
+//! The warm start works as for ball joints: see ball_distance.rs and
+//! docs/decisions/016-joint-energy.md.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -25,7 +36,7 @@ use crate::step::solver::body::row::Aux;
 use crate::step::solver::joint::sweep::{JointSweep, bend};
 use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 
-/// The joints of a block as they are in this sweep.
+/// The joints of a block in this sweep.
 struct State<S: Simd> {
     pair: Pair<S>,
     along: [Row<S>; 3],
@@ -39,7 +50,7 @@ struct State<S: Simd> {
 fn state_of<S: Simd>(simd: S, block: &SixBlock, at: &Placed<S>, sweep: &JointSweep) -> State<S> {
     let u0 = Vec3w::load3(simd, &block.u);
     let (arms, roots) = ([at.arm_a, at.arm_b], [&at.sa, &at.sb]);
-    // No loops: what is indexed by one lives in memory, and was copied from there.
+    // No loops: arrays indexed in a loop were kept in memory and copied from there.
     let along = [
         Row::along(at.to_a.apply(u0[0]), arms, roots),
         Row::along(at.to_a.apply(u0[1]), arms, roots),
@@ -118,14 +129,16 @@ pub(crate) fn solve<S: Simd>(
         more_a = more_a + (moment_a - carried_a);
         more_b = more_b + (moment_b - carried_b);
     }
-    // All at once: what an addition rounds off a velocity is done again in every substep that follows.
+    // One addition for all changes: the rounding error of an addition to a velocity is repeated in
+    // every later substep.
     let a = Velocity { v: at.va.v - force * at.alpha, w: at.va.w - at.sa.mul(more_a) };
     let b = Velocity { v: at.vb.v + force * at.beta, w: at.vb.w + at.sb.mul(more_b) };
     store_velocity(simd, lines, &block.row_a, shown(simd, a, sweep));
     store_velocity(simd, lines, &block.row_b, shown(simd, b, sweep));
 }
 
-/// Joints that leave some motion free, or only spring it. `TURNS`: some joint of the block locks a turn.
+/// Solves joints with a free or sprung translation. `TURNS`: some joint of the block locks a
+/// rotation.
 #[inline(always)]
 fn solve_loose<S: Simd, const TURNS: bool>(
     simd: S,
@@ -155,9 +168,9 @@ fn solve_loose<S: Simd, const TURNS: bool>(
     LockedImpulses { old: [p, t], new: [state.pair.force, state.pair.torque] }
 }
 
-/// A velocity without what is so small that it never shows. Where all axes hold, by friction for one, every visit
-/// leaves but 1e-7 of a speed, which would end as a subnormal number, and turns with it: those take a processor
-/// up to a hundred times as long.
+/// Flushes negligible velocities to zero. Where all axes are held, by friction for example, every
+/// visit leaves 1e-7 of a speed. It would end as a subnormal number, and rotations with it. These
+/// take a processor up to a hundred times as long.
 #[inline(always)]
 fn shown<S: Simd>(simd: S, velocity: Velocity<S>, sweep: &JointSweep) -> Velocity<S> {
     let (zero, least) = (splat(simd, 0.0), splat(simd, sweep.caps.least));
@@ -170,7 +183,8 @@ fn shown<S: Simd>(simd: S, velocity: Velocity<S>, sweep: &JointSweep) -> Velocit
 }
 
 impl<S: Simd> State<S> {
-    /// The row of an axis where it is not locked. `TURNS`: some joint of the block locks a turn.
+    /// The row of an axis where it is not locked. `TURNS`: some joint of the block locks a
+    /// rotation.
     #[inline(always)]
     fn free_row<const TURNS: bool>(&self, simd: S, axis: usize) -> Row<S> {
         let free = splat(simd, 1.0) - self.locked[axis];
@@ -184,7 +198,8 @@ impl<S: Simd> State<S> {
     }
 }
 
-/// The locked axes, then drives and limits behind them. `TURNS`: some joint of the block locks a turn.
+/// Solves the locked axes, then drives and limits through them. `TURNS`: some joint of the block
+/// locks a rotation.
 #[inline(always)]
 fn solve_axes<S: Simd, const TURNS: bool>(
     simd: S,
@@ -198,7 +213,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
     let mut held =
         LockedAxes::<S, TURNS>::of(simd, &state.along, &state.about, &locked, block.holds[0]);
     held.invert(simd, &locked, linear);
-    // Of each drive and limit its inverse mass, and how the locked axes answer it.
+    // The inverse mass of each drive and limit, and the response of the locked axes to it.
     let none = Vec3w::zero(simd);
     let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
     let mut loads = [zero; 6];
@@ -212,7 +227,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let row = state.free_row::<TURNS>(simd, i);
         let k;
         (k, back[i]) = held.behind(&row);
-        // What is left of a turn that the locked axes allow not at all is rounding.
+        // For a rotation that the locked axes exclude completely, the remainder is rounding error.
         let least = row.coupling(&row) * splat(simd, 1.0e-5);
         give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
         let pushes = block.pushes(simd, i);
@@ -250,7 +265,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         }
     }
     for i in 0..6 {
-        // Those of a drive are stored already.
+        // The impulses of drives are stored already.
         let lock = load(simd, &block.held[i]) + given[i] * locked[i];
         lock.store_array(&mut block.held[i]);
     }

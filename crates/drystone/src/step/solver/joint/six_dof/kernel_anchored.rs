@@ -1,11 +1,18 @@
-//! The kernel of joints of six axes that hold two anchors together, eight at a time: hinges, cones, universal
-//! joints, fixed ones.
+//! The kernel of six-axis joints that hold two anchors together (hinges, cones, universal and fixed
+//! joints): solves eight at a time.
 //!
-//! Symbols and warm start as in sixdof.rs. As no motion is left, axes of motions are not asked for: the force stays as it is in
-//! the world. And the solve goes on in the space of speeds, s of the anchors (world) and y about the turns, without a
-//! look at the bodies: with the blocks L over the motions, A over the turns and C between them, the turns feel
-//! E = A - Cᵀ L⁻¹ C while L⁻¹ C answers for the anchors. Where turns are locked they are solved first, with D, the inverse of their part of
-//! E, and the others feel E - E D E. (Half the instructions of rows that push bodies.)
+//! Symbols and warm start are those of kernel.rs. No translation is free, so the kernel needs no
+//! translation axes: the force stays constant in the world. The solve runs in the space of speeds,
+//! s of the anchors (world) and y about the rotation axes, without reading the bodies:
+//!
+//! ```text
+//! | L   C |      L over the translations, A over the rotations
+//! | Cᵀ  A |      E = A - Cᵀ L⁻¹ C
+//! ```
+//!
+//! The rotations have the inverse mass E, while L⁻¹ C is the response of the anchors. Locked
+//! rotations are solved first, with D, the inverse of their part of E; the other rotations have E -
+//! E D E. (This takes half the instructions of rows that push bodies.)
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -16,17 +23,17 @@ use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select,
 use crate::step::solver::joint::root::axes;
 use crate::step::solver::joint::sweep::{JointSweep, bend};
 
-/// How two anchors and three turns answer impulses.
+/// Responses of two anchors and three rotations to impulses.
 struct Responses<S: Simd> {
     /// L⁻¹.
     l: Sym3w<S>,
     /// Columns of C, and of L⁻¹ C.
     c: [Vec3w<S>; 3],
     lc: [Vec3w<S>; 3],
-    /// A, and what turns feel behind all that is locked.
+    /// A, and the inverse mass of rotations through all locked axes.
     a: Sym3w<S>,
     e: Sym3w<S>,
-    /// D and D E, and what answers at the anchors then.
+    /// D and D E, and the response at the anchors.
     d: Sym3w<S>,
     de: [Vec3w<S>; 3],
     back: [Vec3w<S>; 3],
@@ -42,19 +49,19 @@ fn columns<S: Simd>(m: &Sym3w<S>) -> [Vec3w<S>; 3] {
     ]
 }
 
-/// A vector's parts where these are 1.
+/// Keeps a vector's components where the marks are 1.
 #[inline(always)]
 fn only<S: Simd>(v: Vec3w<S>, [x, y, z]: &[Wide<S>; 3]) -> Vec3w<S> {
     Vec3w { x: v.x * *x, y: v.y * *y, z: v.z * *z }
 }
 
-/// Columns times the parts of a vector.
+/// Columns times the components of a vector.
 #[inline(always)]
 fn combined<S: Simd>(columns: &[Vec3w<S>; 3], v: Vec3w<S>) -> Vec3w<S> {
     columns[0] * v.x + columns[1] * v.y + columns[2] * v.z
 }
 
-/// At what speed what is open closes.
+/// Speed at which a gap closes.
 #[inline(always)]
 fn closing<S: Simd>(open: Wide<S>, rate: Wide<S>, most: Wide<S>) -> Wide<S> {
     max(min(rate * open, most), -most)
@@ -112,7 +119,7 @@ impl<S: Simd> Responses<S> {
             lc[1] - combined(&lc, de[1]),
             lc[2] - combined(&lc, de[2]),
         ];
-        // Between turns that are not locked alone: what is locked feels nothing.
+        // Only between rotations that are not locked: locked ones get no further impulse.
         let (f0, f1, f2) = (one - k0, one - k1, one - k2);
         let rest = less(&e, &[e0, e1, e2], &de);
         let e = Sym3w {
@@ -127,7 +134,7 @@ impl<S: Simd> Responses<S> {
     }
 }
 
-/// Solves one block once. `TURNS`: some joint of it locks a turn.
+/// Solves one block once. `TURNS`: some joint of the block locks a rotation.
 #[inline(always)]
 pub(crate) fn solve<S: Simd, const TURNS: bool>(
     simd: S,
@@ -146,7 +153,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     let locked = [load(simd, k0), load(simd, k1), load(simd, k2)];
     let answers = Responses::new::<TURNS>(simd, at, &about, &locked);
 
-    // The warm start: what turned with the rows comes anew.
+    // The warm start: impulses whose rows rotated are mapped to the current rows.
     let p = Vec3w::load(simd, &block.carried);
     let pushes = [block.pushes(simd, 3), block.pushes(simd, 4), block.pushes(simd, 5)];
     let t = about[0].n * pushes[0] + about[1].n * pushes[1] + about[2].n * pushes[2];
@@ -165,7 +172,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     }
     let mut y = [about[0].n.dot(spin), about[1].n.dot(spin), about[2].n.dot(spin)];
 
-    // All that is locked.
+    // All locked axes.
     let most = splat(simd, sweep.caps.push(0));
     let miss = Vec3w {
         x: mass * slip.x + closing(at.gap.x, rate, most),
@@ -207,7 +214,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     }
     let mut force = -(first + load_along * leak);
 
-    // What drives and limits feel of that, one after the other.
+    // The effect of these on drives and limits, one after another.
     let by_turns = columns(&answers.a);
     for i in 0..3 {
         y[i] += answers.c[i].dot(force);
@@ -228,7 +235,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
         }
         let Vec3w { x: e0, y: e1, z: e2 } = felt[i];
         let e = [e0, e1, e2];
-        // What is left of a turn that the locked axes allow not at all is rounding.
+        // For a rotation that the locked axes exclude completely, the remainder is rounding error.
         let least = own[i] * splat(simd, 1.0e-5);
         let k = select(above(e[i], least), e[i], zero);
         let felt = AxisState { k, x: x[i], v: y[i], start: about[i].n.dot(start) };

@@ -1,4 +1,5 @@
-//! Two bodies on a joint of six axes, its rows, and its locked axes as one system, in lanes. Symbols: sixdof.rs.
+//! Two bodies on a six-axis joint, its rows, and its locked axes as one system, in lanes. Symbols:
+//! kernel.rs.
 
 use fearless_simd::Simd;
 
@@ -18,13 +19,13 @@ pub(crate) struct Row<S: Simd> {
 }
 
 impl<S: Simd> Row<S> {
-    /// Of a motion along `u` at these arms.
+    /// The row of a translation along `u` at these lever arms.
     #[inline(always)]
     pub(crate) fn along(u: Vec3w<S>, arms: [Vec3w<S>; 2], [sa, sb]: [&Sym3w<S>; 2]) -> Self {
         Self { n: u, a: sa.mul(arms[0].cross(u)), b: sb.mul(arms[1].cross(u)) }
     }
 
-    /// Of a turn about `n`.
+    /// The row of a rotation about `n`.
     #[inline(always)]
     pub(crate) fn about(n: Vec3w<S>, [sa, sb]: [&Sym3w<S>; 2]) -> Self {
         Self { n, a: sa.mul(n), b: sb.mul(n) }
@@ -41,7 +42,7 @@ impl<S: Simd> Row<S> {
     }
 }
 
-/// Both bodies as the sweep changes them.
+/// Both bodies, as the sweep changes them.
 pub(crate) struct Pair<S: Simd> {
     pub(crate) alpha: Wide<S>,
     pub(crate) beta: Wide<S>,
@@ -52,7 +53,7 @@ pub(crate) struct Pair<S: Simd> {
     /// Relative velocities of kinematic bodies.
     pub(crate) drift: Vec3w<S>,
     pub(crate) spin: Vec3w<S>,
-    /// What a turn in the substep adds to the gap's mean speed.
+    /// Contribution of a rotation within the substep to the gap's mean speed.
     pub(crate) bend: Vec3w<S>,
     pub(crate) arm_a: Vec3w<S>,
     pub(crate) arm_b: Vec3w<S>,
@@ -80,7 +81,8 @@ impl<S: Simd> Pair<S> {
         self.push_along_unseen(row, d);
     }
 
-    /// The same for rows of turns that are solved next, which do not ask for linear velocities.
+    /// Applies only the angular part, for rotation rows that are solved next, which do not read
+    /// linear velocities.
     #[inline(always)]
     fn push_along_unseen(&mut self, row: &Row<S>, d: Wide<S>) {
         self.force = self.force + row.n * d;
@@ -93,7 +95,7 @@ impl<S: Simd> Pair<S> {
         self.spin_by(row, d);
     }
 
-    /// What an impulse of any row does to the angular velocities.
+    /// Adds the effect of a row's impulse to the angular velocities.
     #[inline(always)]
     fn spin_by(&mut self, row: &Row<S>, d: Wide<S>) {
         self.va.w = self.va.w - row.a * d;
@@ -101,8 +103,8 @@ impl<S: Simd> Pair<S> {
     }
 }
 
-/// The inverse of a positive semidefinite matrix, by L D Lᵀ. What has no inverse mass of its own (a body
-/// whose rotation is locked) is left out.
+/// The inverse of a positive semidefinite matrix, by L D Lᵀ. An axis without inverse mass of its
+/// own (a body whose rotation is locked) is left out.
 #[inline(always)]
 pub(crate) fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
     let part = splat(simd, 1.0e-6);
@@ -126,7 +128,7 @@ pub(crate) fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
     }
 }
 
-/// `a` less the products of two sets of columns that make a symmetric matrix: a Schur complement.
+/// A Schur complement: `a` less the products of two sets of columns that make a symmetric matrix.
 #[inline(always)]
 pub(crate) fn less<S: Simd>(a: &Sym3w<S>, c: &[Vec3w<S>; 3], lc: &[Vec3w<S>; 3]) -> Sym3w<S> {
     Sym3w {
@@ -139,7 +141,7 @@ pub(crate) fn less<S: Simd>(a: &Sym3w<S>, c: &[Vec3w<S>; 3], lc: &[Vec3w<S>; 3])
     }
 }
 
-/// The matrix of three rows, with `own` more on its diagonal.
+/// The matrix of three rows, plus `own` on its diagonal.
 #[inline(always)]
 pub(crate) fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
     Sym3w {
@@ -152,17 +154,18 @@ pub(crate) fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
     }
 }
 
-/// Couplings of a row to three.
+/// Couplings of a row to three others.
 #[inline(always)]
 pub(crate) fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
     Vec3w { x: rows[0].coupling(row), y: rows[1].coupling(row), z: rows[2].coupling(row) }
 }
 
-/// The locked axes of a joint together. Where no joint of the block locks a motion, or a turn (`TURNS`), its part is left out.
+/// The locked axes of a joint as one system. If no joint of the block locks a translation, or a
+/// rotation (`TURNS`), that part is left out.
 pub(crate) struct LockedAxes<S: Simd, const TURNS: bool> {
-    /// Whether some motion is locked.
+    /// Some translation is locked.
     motions: bool,
-    /// What stands for a part that is left out.
+    /// Placeholder for a part that is left out.
     none: Vec3w<S>,
     pub(crate) along: [Row<S>; 3],
     about: [Row<S>; 3],
@@ -174,7 +177,7 @@ pub(crate) struct LockedAxes<S: Simd, const TURNS: bool> {
 }
 
 impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
-    /// The rows alone.
+    /// The rows alone, before inversion.
     #[inline(always)]
     pub(crate) fn of(
         simd: S,
@@ -193,7 +196,7 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
         Self { motions, none, along, about, l, c, lc, a }
     }
 
-    /// The inverse matrix. (In place: a kernel's structs are kilobytes, and were copied.)
+    /// Computes the inverse matrix. (In place: a kernel's structs are kilobytes, and were copied.)
     #[inline(always)]
     pub(crate) fn invert(&mut self, simd: S, locked: &[Wide<S>; 6], linear: Wide<S>) {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
@@ -224,7 +227,7 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
         self.a = inverse(simd, &a);
     }
 
-    /// What impulses of the locked axes make these speeds of theirs.
+    /// Impulses of the locked axes that change their speeds by these amounts.
     #[inline(always)]
     fn impulses(&self, along: Vec3w<S>, about: Vec3w<S>) -> [Vec3w<S>; 2] {
         if !TURNS {
@@ -243,8 +246,8 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
         [first - self.lc[0] * mu.x - self.lc[1] * mu.y - self.lc[2] * mu.z, mu]
     }
 
-    /// Inverse mass of a row but for the linear part, and the impulses that keep the locked axes where they
-    /// are under one of its own.
+    /// Inverse mass of a row without the linear part, and the impulses that keep the locked axes in
+    /// place under a unit impulse of the row.
     #[inline(always)]
     pub(crate) fn behind(&self, row: &Row<S>) -> (Wide<S>, [Vec3w<S>; 2]) {
         let kl = if self.motions { couplings(&self.along, row) } else { self.none };
@@ -260,7 +263,8 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
         (k, back)
     }
 
-    /// Gives the locked axes what answers an impulse `d`, of a turn or (`MOTION`) a motion.
+    /// Applies the response of the locked axes to an impulse `d` of a rotation or (`MOTION`) a
+    /// translation.
     #[inline(always)]
     pub(crate) fn answer<const MOTION: bool>(
         &self,
@@ -289,9 +293,9 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
         }
     }
 
-    /// Solves the locked axes. Their softness is that against loads: `loads` is what they carry but for
-    /// their answers to drives and limits. (Those make torques that a small inertia would give way to by a
-    /// tenth of a spring's step.)
+    /// Solves the locked axes. Softness applies to loads only: `loads` are their impulses without
+    /// the response to drives and limits. (These make torques, under which a small inertia would
+    /// yield by a tenth of a spring's step.)
     #[inline(always)]
     pub(crate) fn solve(
         &self,

@@ -1,4 +1,4 @@
-//! Joints of six axes: blocks of eight, their locked axes, drives and limits.
+//! Six-axis joints: blocks of eight, their locked axes, drives and limits.
 
 pub(crate) mod angles;
 pub(crate) mod block;

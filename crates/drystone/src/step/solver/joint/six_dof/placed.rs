@@ -1,4 +1,5 @@
-//! A block of joints of six axes as it stands in a substep, and the response of one axis.
+//! A block of six-axis joints at its current poses, and the solve of drive, friction and limit of
+//! one axis.
 
 use fearless_simd::Simd;
 
@@ -14,7 +15,8 @@ use crate::step::solver::body::row::Aux;
 use crate::step::solver::joint::sweep::{JointSweep, Turn};
 use crate::step::solver_body::{SolverBody, Velocity};
 
-/// What drive, friction and limit feel: inverse mass, coordinate, speed, and the speed when the substep began.
+/// State of an axis for drive, friction and limit: inverse mass, coordinate, speed, and the speed
+/// at the start of the substep.
 #[derive(Clone, Copy)]
 pub(crate) struct AxisState<S: Simd> {
     pub(crate) k: Wide<S>,
@@ -23,8 +25,9 @@ pub(crate) struct AxisState<S: Simd> {
     pub(crate) start: Wide<S>,
 }
 
-/// Solves what acts on an axis, whose impulses so far are `old`, drive, friction and limit; returns them anew. In
-/// a relax sweep springs do not push: they go by where the bodies were.
+/// Solves drive, friction and limit of an axis. `old` are their accumulated impulses; returns the
+/// new ones. In a relax sweep springs keep their impulse, because it depends on the former
+/// positions.
 #[inline(always)]
 pub(crate) fn act<S: Simd>(
     simd: S,
@@ -40,7 +43,8 @@ pub(crate) fn act<S: Simd>(
     let most_back = splat(simd, sweep.caps.push(axis));
     let axis = &block.axes[axis];
     let AxisState { k, x, v, start } = felt;
-    // What forces, contacts and other joints give in the substep: all but the impulse itself.
+    // Speed added by forces, contacts and other joints in the substep: the change without the
+    // axis's own impulse.
     let gained = |v: Wide<S>, own: Wide<S>| v - k * own - start;
     let inverse = inverse_or_zero(simd, k);
     let mut drive = zero;
@@ -80,7 +84,7 @@ pub(crate) fn act<S: Simd>(
         let is_hard = above(load(simd, &axis.hard), zero);
         let law = axis.limit.law(simd, k, gained(v, old), [inv_h, hardest]);
         let sprung = law.impulse(inverse, v, error, old);
-        // Without room between them, both hold: a spring about one place.
+        // With no range between them, both limits hold: a spring about one coordinate.
         let tight = above(splat(simd, 1.0e-9), high - low);
         let soft = select(tight, sprung, one_way(select(open, zero, sprung)));
         limit = select(is_hard, limit, if sweep.is_relax { old } else { soft });
@@ -88,7 +92,7 @@ pub(crate) fn act<S: Simd>(
     [drive, friction, select(is_locked, zero, limit)]
 }
 
-/// The bodies of a block's joints at the place of this sweep's rows.
+/// The bodies of a block's joints at the poses of this sweep's rows.
 pub(crate) struct Placed<S: Simd> {
     pub(crate) alpha: Wide<S>,
     pub(crate) beta: Wide<S>,
@@ -96,19 +100,19 @@ pub(crate) struct Placed<S: Simd> {
     pub(crate) sb: Sym3w<S>,
     pub(crate) va: Velocity<S>,
     pub(crate) vb: Velocity<S>,
-    /// Their velocities when the substep began; nothing where no spring asks.
+    /// Velocities at the start of the substep; the current ones if no spring needs them.
     pub(crate) start_a: Velocity<S>,
     pub(crate) start_b: Velocity<S>,
     /// Angular velocities of kinematic bodies.
     pub(crate) spin_a: Vec3w<S>,
     pub(crate) spin_b: Vec3w<S>,
-    /// How A turned since the step's start, and B against A.
+    /// Rotation of A since the step's start, and rotation of B relative to A.
     pub(crate) to_a: Turn<S>,
     turn: Vec3w<S>,
     pub(crate) arm_a: Vec3w<S>,
     pub(crate) arm_b: Vec3w<S>,
     pub(crate) gap: Vec3w<S>,
-    /// Velocity of B's anchor less that of A's by kinematic bodies.
+    /// Velocity of B's anchor less that of A's, from kinematic bodies.
     pub(crate) drift: Vec3w<S>,
 }
 
@@ -135,7 +139,7 @@ impl<S: Simd> Placed<S> {
         let turn_b = sb.mul(xb.w) + spin_b * elapsed;
         let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
         let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
-        // Shifts by themselves: arms of meters would round away what a gap is.
+        // Add displacements only: lever arms of meters would round away the gap.
         let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
         let (ra, arm_b) = (r0a + shift_a, r0b + shift_b);
         let drift = Vec3w::load(simd, &block.drift);
@@ -164,7 +168,7 @@ impl<S: Simd> Placed<S> {
         }
     }
 
-    /// The row of a turn, and its angle.
+    /// The row of a rotation, and its angle.
     #[inline(always)]
     pub(crate) fn about(&self, simd: S, block: &SixBlock, i: usize) -> (Row<S>, Wide<S>) {
         let n = Vec3w::load(simd, &block.n[i]);
@@ -187,8 +191,8 @@ impl<S: Simd> Placed<S> {
     }
 }
 
-/// The warm start of a block in the rows of now, and what a sweep gave beside it: linear impulses, and those about
-/// anchor B.
+/// The warm start of a block in the current rows, and the impulses that a sweep adds: linear, and
+/// about anchor B.
 pub(crate) struct LockedImpulses<S: Simd> {
     pub(crate) old: [Vec3w<S>; 2],
     pub(crate) new: [Vec3w<S>; 2],

@@ -1,4 +1,4 @@
-//! Joints of six axes to blocks and back.
+//! Builds the blocks of six-axis joints, runs their sweeps and stores their impulses.
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
@@ -22,16 +22,16 @@ use crate::step::solver_body::{
     Velocity, Whitening, four, load_velocity, read_lanes, store_velocity,
 };
 
-/// What an idle lane is filled with.
+/// Content of an idle lane.
 static IDLE: (SixLaws, SixState) = (SixLaws::IDLE, SixState::IDLE);
 
-/// No turn.
+/// Identity rotation.
 const UNTURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Rows of four numbers in what a joint keeps.
+/// Rows of four numbers in a joint's stored state.
 const ROWS: usize = size_of::<SixState>() / size_of::<[f32; 4]>();
 
-/// Eight joints as they lie in the tables.
+/// Eight joints as stored in the tables.
 struct Gathered<'a> {
     raw: Raw,
     laws: [&'a SixLaws; LANES],
@@ -57,7 +57,7 @@ impl Solver<'_> {
     pub(crate) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 4, |batch, blocks| {
             if batch.class & SIX_DIRECT != 0 {
-                // The trees do it.
+                // Trees solve these.
                 return;
             }
             dispatch!(self.ctx.level, simd => {
@@ -80,7 +80,7 @@ impl Solver<'_> {
         });
     }
 
-    /// Builds a block of this class and applies its impulses to the lines.
+    /// Builds a block of this class and applies its impulses to the solver bodies.
     #[inline(always)]
     fn pack_block<S: Simd>(&self, simd: S, block: usize, class: u8) {
         let owners = &self.plan.sixdofs.owners[block];
@@ -123,8 +123,8 @@ impl Solver<'_> {
         store_velocity(simd, &self.lines, &block.row_b, b);
     }
 
-    /// Asks for the joints of the block after the next one, and for what those of the next one point to, up to the last that is
-    /// one's own: others may be written meanwhile.
+    /// Prefetches the joints of the block after the next one, and the data behind the joints of the
+    /// next one. Stops at the last own block, because others may be written meanwhile.
     #[inline(always)]
     fn ask_for_sixdofs(&self, block: usize, end: usize) {
         self.prefetch_joints(&self.plan.sixdofs, block + 2);
@@ -139,7 +139,8 @@ impl Solver<'_> {
         }
     }
 
-    /// What a block's joints and their bodies have, and the lines of these; lanes without a joint have none.
+    /// Reads the joints of a block, their bodies and solver bodies; lanes without a joint stay
+    /// idle.
     #[inline(always)]
     fn read_sixdofs(&self, owners: &[u32; LANES], block: &mut SixBlock) -> Gathered<'_> {
         let mut joints = Gathered {
@@ -173,7 +174,7 @@ impl Solver<'_> {
     }
 
     #[inline(always)]
-    /// How the kinematic bodies of a joint move.
+    /// Reads the velocities of a joint's kinematic bodies.
     fn read_driven(
         &self,
         joint: &Joint,
@@ -206,7 +207,7 @@ impl Solver<'_> {
             columns[i + 21] = load(simd, &block.carried[i]) * scale;
             columns[i + 24] = load(simd, &block.torque[i]) * scale;
         }
-        // The rows of the swings turn from step to step: kept along y and z.
+        // The rows of a swing rotate from step to step, so impulses are stored along y and z.
         let [c, s] = [load(simd, &block.swing[0]), load(simd, &block.swing[1])];
         for i in [4, 10] {
             let (along, across) = (columns[i], columns[i + 1]);
@@ -248,8 +249,8 @@ impl Gathered<'_> {
         spins[1].store(&mut block.spin_b);
     }
 
-    /// Arms, axes, angles and what is locked; impulses. Returns what these are along each motion and about each
-    /// turn.
+    /// Fills lever arms, axes, angles, locked axes and impulses. Returns the impulses along each
+    /// translation and about each rotation.
     #[inline(always)]
     fn put_axes<S: Simd>(&self, simd: S, block: &mut SixBlock, scale: f32) -> [[Wide<S>; 3]; 2] {
         let mut columns = [splat(simd, 0.0); 4 * ROWS];
@@ -285,7 +286,8 @@ impl Gathered<'_> {
         for i in 0..6 {
             let [locked, mut place, carries, friction] = self.law(simd, i, 0);
             if block.is_anchored && i < 3 {
-                // As in the kernel: the force stays as it is in the world, and anchor A stands where B's is to be.
+                // As in the kernel, the force stays constant in the world; anchor A is placed at
+                // the target of anchor B.
                 columns[i] = axes[i].dot(force);
                 let way = axes[i] * place;
                 (ra, gap) = (ra + way, gap - way);
@@ -294,7 +296,7 @@ impl Gathered<'_> {
             locked.store_array(&mut block.locked[i]);
             place.store_array(&mut block.place[i]);
             friction.store_array(&mut block.axes[i].friction);
-            // What is no more has left nothing that is carried on.
+            // An axis law that no longer exists has no impulse to carry on.
             let scale = carries * splat(simd, scale);
             let [held, rubbed, limit] =
                 [columns[i] * scale, columns[i + 6] * scale, columns[i + 12] * scale];
@@ -317,7 +319,7 @@ impl Gathered<'_> {
         [[x, y, z], [a, b, c]]
     }
 
-    /// What acts on the axes.
+    /// Fills the laws of drives, friction and limits.
     #[inline(always)]
     fn put_laws<S: Simd>(&self, simd: S, block: &mut SixBlock, h: f32) {
         let flags = self.flags;
@@ -357,7 +359,8 @@ impl Gathered<'_> {
         }
     }
 
-    /// What follows the direction of the swing: how wide the cone is there, and to where drives pull.
+    /// Fills the terms that depend on the direction of the swing: the cone's width there, and the
+    /// target of drives.
     #[inline(always)]
     fn put_cones<S: Simd>(&self, simd: S, block: &mut SixBlock) {
         let mut of = [&self.laws[0].cone; LANES];
@@ -383,7 +386,7 @@ impl Gathered<'_> {
         }
     }
 
-    /// A row of the laws of an axis.
+    /// Gathers one row of an axis's laws.
     #[inline(always)]
     fn law<S: Simd>(&self, simd: S, axis: usize, row: usize) -> [Wide<S>; 4] {
         let mut of = [&self.laws[0].axes[axis].0[row]; LANES];
@@ -393,7 +396,7 @@ impl Gathered<'_> {
         gather4(simd, of)
     }
 
-    /// What the joints keep, in rows.
+    /// The joints' stored states, in rows.
     #[inline(always)]
     fn rows(&self) -> [&[[f32; 4]; ROWS]; LANES] {
         let mut rows: [&[[f32; 4]; ROWS]; LANES] = [bytemuck::cast_ref(self.states[0]); LANES];
