@@ -30,7 +30,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   hunt [OPTIONS]                  search small worlds for motion that no physics has (a minute; --minutes N); docs/hunt.md
   hunt repeat SEED                run one of them again
   hunt minimize SEED              shrink it, and write it as a test
-  tidy                            layers, stage order, reference keys, doc paths, file sizes
+  tidy                            layers, circles of imports, stage order, owners, reference keys, doc paths, sizes
+  owners                          write the tables of access of ARCHITECTURE.md from the code
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into docs/log
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         ["attack", words @ ..] => attack::run(words),
         ["hunt", words @ ..] => hunt::run(words),
         ["tidy"] => tidy::run(),
+        ["owners"] => tidy::write_owners(),
         ["determinism"] => determinism(),
         ["fuzz", words @ ..] => fuzz::run(words),
         ["gallery", names @ ..] => gallery::run(names),

@@ -5,6 +5,7 @@ mod examples;
 mod house;
 mod imports;
 mod layers;
+mod owners;
 mod rust;
 mod source;
 mod stages;
@@ -80,8 +81,17 @@ fn check(tree: &Tree) -> Vec<String> {
         source::check(tree),
         examples::check(tree),
         house::check(tree),
+        owners::check(tree),
     ]
     .concat()
+}
+
+/// Writes the tables of access into ARCHITECTURE.md.
+pub fn write_owners() -> Outcome {
+    let tree = Tree::read()?;
+    let path = "ARCHITECTURE.md";
+    let page = owners::page_with(tree.text(path).ok_or("no ARCHITECTURE.md")?, &tree)?;
+    std::fs::write(root().join(path), page).map_err(|e| format!("{path}: {e}"))
 }
 
 pub fn run() -> Outcome {
