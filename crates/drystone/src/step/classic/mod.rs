@@ -2,9 +2,12 @@
 //! by one.
 //!
 //! They serve study and comparison, so they are simple: one thread, no lanes, one idea per file.
+//!
 //! Reads: bodies, shapes, contacts, joints, colors. Writes: contacts and joints (impulses), solver
 //! bodies (of mass and inertia one: their motion is the bodies' own). Runs: serially, for any
-//! number of workers. References: manual/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
+//! number of workers.
+//!
+//! References: manual/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
 
 mod accumulate;
 mod analytic;

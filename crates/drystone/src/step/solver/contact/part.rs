@@ -14,7 +14,9 @@
 //! Reads: blocks, solver bodies. Writes: solver bodies (motion), blocks (which contacts still
 //! part). Runs: over groups with a parting contact, and over the blocks of one color after another.
 //! Bodies on joints or in ropes are left to the sweeps, because joints and ropes do not see this
-//! displacement. References: docs/decisions/037-parting.md.
+//! displacement.
+//!
+//! References: docs/decisions/037-parting.md.
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 

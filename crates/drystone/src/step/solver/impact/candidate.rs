@@ -275,7 +275,8 @@ impl Candidate {
     }
 
     /// Approach speed that remains at a point after a hit: the speed that closes its gap. If only
-    /// surrounding impacts press the point, also its speed before them, which belongs to its load.
+    /// surrounding impacts press the point, it is at least the speed before them, which belongs to
+    /// its load.
     fn keeps(&self, moment: &Moment, j: usize) -> f32 {
         let kept = self.kept(moment, j);
         if self.own >> j & 1 == 1 { kept } else { kept.max(-self.before[j]) }
