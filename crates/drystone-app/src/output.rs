@@ -105,7 +105,7 @@ impl Output {
         self.file.write_all(bytes).map_err(|e| refused(&self.path, &e))
     }
 
-    /// A moment of the run is complete: who reads along in a pipe gets it now.
+    /// A moment of the run is complete: a program at the other end of a pipe gets it now.
     pub(crate) fn end_moment(&mut self) -> Result<(), Failure> {
         if self.file.is_streamed() {
             self.file.flush().map_err(|e| refused(&self.path, &e))?;

@@ -317,7 +317,7 @@ struct Stone {
 }
 
 /// Stones of equal length along the middle line, with air between them, as in the arch of
-/// [Ferguson21]: all stand apart by `gap` in x, and in y up to the crown.
+/// [Ferguson21]. All stand apart by `gap` in x, and in y up to the crown.
 fn stones(count: usize, gap: f64) -> Vec<Stone> {
     let line = Catenary::new();
     let each = line.length(-HALF_WIDTH, HALF_WIDTH) / count as f64;
