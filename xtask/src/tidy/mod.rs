@@ -1,5 +1,6 @@
 //! `cargo xtask tidy`: the habits a compiler cannot hold. Every check is a pure function over a [`Tree`].
 
+mod comments;
 mod docs;
 mod examples;
 mod house;
@@ -79,6 +80,7 @@ fn check(tree: &Tree) -> Vec<String> {
         stages::check(tree),
         docs::check(tree),
         source::check(tree),
+        comments::check(tree),
         examples::check(tree),
         house::check(tree),
         owners::check(tree),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::rust::Source;
-use super::{Tree, docs, examples, layers, source, stages};
+use super::{Tree, comments, docs, examples, house, imports, layers, owners, source, stages};
 
 fn tree(files: &[(&str, &str)]) -> Tree {
     let own = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
@@ -257,4 +257,62 @@ fn lexer_tells_code_from_the_rest() {
     assert_eq!(parts.comments.split_whitespace().collect::<String>(), "//c\"s\"/*a/*b*/\"c\"*/");
     assert_eq!(parts.strings.split_whitespace().collect::<String>(), "r#\"raw\"//\"#\"\\\"\"");
     assert!(parts.code.contains("'\"', 'a'") && parts.code.contains("g("));
+}
+
+#[test]
+fn comments_that_hide_their_subject_or_run_wide_are_found() {
+    let found = |text: &str| comments::check(&tree(&[("a.rs", text)]));
+    assert_eq!(found("/// Bodies of a world.\nfn f() {}\n"), [""; 0]);
+    assert_eq!(found("/// What it is.\n").len(), 1);
+    assert_eq!(found("    // Of these the first.\n").len(), 1);
+    assert_eq!(found("let a = \"// What\"; // Whatever fits\n"), [""; 0]);
+    assert_eq!(found(&format!("// {}\n", "a".repeat(98))).len(), 1);
+    assert_eq!(found(&format!("// {}\n", "ω".repeat(97))), [""; 0]);
+    let example = format!("/// ```\n/// {}\n/// ```\n", "a".repeat(120));
+    assert_eq!(found(&example), [""; 0]);
+    assert_eq!(found(&format!("// https://{}\n", "a".repeat(120))), [""; 0]);
+}
+
+const IMPORTS: [(&str, &str); 5] = [
+    ("crates/drystone/src/step/mod.rs", "mod a;\nmod b;\nmod c;\nuse self::a::A;\n"),
+    ("crates/drystone/src/step/a/mod.rs", "use super::b::B;\npub struct A;\n"),
+    ("crates/drystone/src/step/b.rs", "use super::A;\npub struct B;\n"),
+    ("crates/drystone/src/step/c.rs", "fn f() { super::b::B::g() }\n"),
+    ("crates/drystone/src/lib.rs", "mod step;\n"),
+];
+
+#[test]
+fn imports_are_followed_to_where_a_name_is_defined() {
+    let arrows = imports::arrows(&tree(&IMPORTS));
+    let to = |file: &str| -> Vec<String> {
+        let to = &arrows[&format!("crates/drystone/src/step/{file}")];
+        to.iter().map(|path| path.replace("crates/drystone/src/step/", "")).collect()
+    };
+    assert_eq!((to("mod.rs"), to("c.rs")), (vec!["a/mod.rs".to_owned()], vec!["b.rs".to_owned()]));
+    // Not to step/mod.rs, which imports the name itself.
+    assert_eq!(to("b.rs"), ["a/mod.rs"]);
+    let circles = imports::circles(&arrows);
+    assert_eq!(circles.len(), 1);
+    assert!(circles[0].iter().all(|file| file.ends_with("a/mod.rs") || file.ends_with("b.rs")));
+}
+
+#[test]
+fn circles_over_folders_long_files_and_crowded_folders_are_found() {
+    let found = house::check(&tree(&IMPORTS));
+    assert!(found.len() == 1 && found[0].contains("over folders"), "{found:?}");
+    let open = [IMPORTS[0], IMPORTS[1], (IMPORTS[2].0, "pub struct B;\n"), IMPORTS[3]];
+    assert_eq!(house::check(&tree(&open)), [""; 0]);
+    let long = "fn f() {}\n".repeat(501);
+    assert_eq!(house::check(&tree(&[("crates/drystone/src/a.rs", &long)])).len(), 1);
+    let names: Vec<String> = (0..21).map(|i| format!("crates/drystone/src/a/f{i}.rs")).collect();
+    let files: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), "")).collect();
+    assert_eq!(house::check(&tree(&files)).len(), 1);
+}
+
+#[test]
+fn a_page_without_its_tables_of_access_is_told_apart_from_one_with_old_ones() {
+    let page = "a\n<!-- owners:begin, written by `cargo xtask owners` -->\n<!-- owners:end -->\n";
+    assert_eq!(owners::check(&tree(&[("ARCHITECTURE.md", "no tables")])), [""; 0]);
+    let found = owners::check(&tree(&[("ARCHITECTURE.md", page)]));
+    assert!(found.len() == 1 && found[0].contains("no file"), "{found:?}");
 }

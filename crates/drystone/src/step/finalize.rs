@@ -254,7 +254,14 @@ fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &Solved) -> bo
     }
     let (before, squeeze) = (body.v, &lines.squeezes[line]);
     let aux = (&lines.aux[line], squeeze.factor);
-    integrate::unwhiten(ctx, &lines.lines[line], &lines.whitening[line], aux, body);
+    integrate::unwhiten(
+        ctx,
+        &lines.lines[line],
+        &lines.whitening[line],
+        aux,
+        lines.end(line),
+        body,
+    );
     integrate::note_load(ctx, squeeze, before, body);
     false
 }

@@ -1,8 +1,10 @@
 //! Memory of the solver, kept from step to step.
 
 use super::body::island_motion::Frames;
+use super::body::row::Aux;
 use super::body::solved::Solved;
-use super::body::state::BodyState;
+use super::body::squeeze::Squeeze;
+use super::body::state::{BodyState, End};
 use super::contact::block::{ContactBlock, Extra};
 use super::contact::parting::Parting;
 use super::impact::Impacts;
@@ -14,10 +16,12 @@ use super::plan::Plan;
 use super::totals_rows::{ContactTally, JointTally, Peaks, TreeTally, Watch};
 use super::tree::rows::{TreeBody, TreeRow};
 use super::work::Bound;
+use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::geometry::collide::MeshScratch;
+use crate::state::bodies::Fineness;
 use crate::step::classic;
-use crate::step::solver_body::SolverBody;
+use crate::step::solver_body::{SolverBody, Whitening};
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -106,6 +110,26 @@ impl Scratch {
             *squeezes = Vec::new();
             self.acceleration = Vec::new();
         }
+    }
+
+    /// Makes room for the solver bodies, and for those that turn far or are solved in rounds.
+    pub(super) fn make_bodies(&mut self) {
+        let n = self.plan.members.len() + 1;
+        grow::resize(&mut self.solved.lines, n, SolverBody::default());
+        grow::resize(&mut self.solved.whitening, n, Whitening::default());
+        grow::resize(&mut self.solved.aux, n, Aux::default());
+        grow::resize(&mut self.acceleration, n, Vec3::ZERO);
+        grow::resize(&mut self.solved.squeezes, n, Squeeze::default());
+        let in_rounds = self.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
+        let states = in_rounds || !self.plan.turning.lines.is_empty();
+        grow::resize(&mut self.states, if states { n } else { 0 }, BodyState::default());
+        // Bodies on one ball joint have ends as well.
+        let ends = states || !self.plan.joints.owners.is_empty();
+        grow::resize(&mut self.solved.ends, if ends { n } else { 0 }, End::default());
+        if !self.plan.turning.lines.is_empty() && self.meshes.len() < self.plan.groups.len() {
+            self.meshes.resize_with(self.plan.groups.len(), MeshScratch::default);
+        }
+        self.frames.resize_with(self.plan.groups.len().max(self.frames.len()), Frames::default);
     }
 
     /// Sweeps over the contacts in the last step.

@@ -4,10 +4,7 @@
 use fearless_simd::dispatch;
 
 use super::body::integrate;
-use super::body::island_motion::Frames;
 use super::body::row::Aux;
-use super::body::squeeze::Squeeze;
-use super::body::state::BodyState;
 use super::contact::arena::{Arena, Blocks};
 use super::contact::sweep::ContactSweep;
 use super::contact::{store, sweep};
@@ -19,12 +16,8 @@ use super::plan::group::Group;
 use super::scratch::Scratch;
 use super::totals_rows::Askers;
 use super::with_particles;
-use crate::base::grow;
-use crate::base::math::Vec3;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each_in_room, for_shares};
-use crate::geometry::collide::MeshScratch;
-use crate::state::bodies::Fineness;
 use crate::state::colors::Colors;
 use crate::state::contacts::Contacts;
 use crate::state::def::config::WorldConfig;
@@ -33,7 +26,7 @@ use crate::state::joints::Joints;
 use crate::step::context::StepContext;
 use crate::step::context::softness::Softness;
 use crate::step::particles::tied::Tied;
-use crate::step::solver_body::{SolverBody, Whitening};
+use crate::step::solver_body::SolverBody;
 
 /// Runs the method's passes: plans groups of islands, allocates their rows, and lets a worker take
 /// each group through the step. There is one context for each
@@ -70,19 +63,7 @@ pub(crate) fn solve(
         parts,
         jobs,
     );
-    let n = s.plan.members.len() + 1;
-    grow::resize(&mut s.solved.lines, n, SolverBody::default());
-    grow::resize(&mut s.solved.whitening, n, Whitening::default());
-    grow::resize(&mut s.solved.aux, n, Aux::default());
-    grow::resize(&mut s.acceleration, n, Vec3::ZERO);
-    grow::resize(&mut s.solved.squeezes, n, Squeeze::default());
-    let in_rounds = s.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
-    let states = in_rounds || !s.plan.turning.lines.is_empty();
-    grow::resize(&mut s.states, if states { n } else { 0 }, BodyState::default());
-    if !s.plan.turning.lines.is_empty() && s.meshes.len() < s.plan.groups.len() {
-        s.meshes.resize_with(s.plan.groups.len(), MeshScratch::default);
-    }
-    s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
+    s.make_bodies();
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
     let [corotates, parts, blows] = closing.listed();
@@ -117,6 +98,7 @@ pub(crate) fn solve(
         acceleration: Rows::new(&mut s.acceleration, apart),
         squeezes: Rows::new(&mut s.solved.squeezes, apart),
         states: Rows::new(&mut s.states, apart),
+        ends: Rows::new(&mut s.solved.ends, apart),
         round: 0,
         frames: Rows::new(&mut s.frames, apart),
         meshes: Rows::new(&mut s.meshes, apart),

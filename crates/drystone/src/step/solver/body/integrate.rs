@@ -5,7 +5,7 @@ use fearless_simd::Simd;
 
 use super::row::{Aux, FAR_TURN};
 use super::squeeze::Squeeze;
-use super::state::BodyState;
+use super::state::{BodyState, End};
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::simd::wide::{LANES, Vec3w};
@@ -198,11 +198,12 @@ pub(crate) fn unwhiten(
     line: &SolverBody,
     whitening: &Whitening,
     (aux, factor): (&Aux, f32),
+    end: Option<&End>,
     body: &mut Body,
 ) {
-    if aux.ended {
-        (body.v, body.w, body.w_rest) = (three(line.v), three(line.w), three(aux.before_w));
-        (body.center, body.rotation) = (three(line.x), Quat::from(line.t));
+    if let Some(End { state, w_rest }) = end {
+        (body.v, body.w, body.w_rest) = (state.v, state.w, *w_rest);
+        (body.center, body.rotation) = (state.center, state.rotation);
         return;
     }
     let end = BodyState::of(body).after(line, whitening);

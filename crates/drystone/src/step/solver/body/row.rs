@@ -1,6 +1,5 @@
 //! Data of a solver body that the kernels do not read.
 
-use super::state::BodyState;
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::step::solver_body::{SolverBody, Whitening, four};
@@ -23,8 +22,8 @@ pub(crate) struct Aux {
     /// An impact may change the velocity in this step, so free rotation cannot be computed from the
     /// step's start: `add_w` contains none of it.
     pub(crate) calm: bool,
-    /// The solver body holds the body at the step's end: velocity, angular velocity (`before_w`:
-    /// the rounding error removed from it), center, rotation.
+    /// [`Solved::ends`](super::solved::Solved::ends) holds the body's state at the step's end; the
+    /// solver body's motion does not count.
     pub(crate) ended: bool,
     /// Speed at which overlap correction moves the body in this step [m/s].
     pub(crate) parting: f32,
@@ -80,14 +79,6 @@ impl Aux {
             self.before_v[i] += v[i] * scale_v;
             self.before_w[i] += w[i] * scale_w;
         }
-    }
-
-    /// Stores the body's state at the step's end in its solver body, and the rounding error of its
-    /// angular velocity.
-    pub(crate) fn put_end(&mut self, line: &mut SolverBody, end: &BodyState, w_rest: Vec3) {
-        (line.v, line.w) = (four(end.v), four(end.w));
-        (line.x, line.t) = (four(end.center), end.rotation.to_array());
-        (self.before_w, self.ended) = (four(w_rest), true);
     }
 
     /// Whitened velocity and angular velocity before any impulse of this substep.

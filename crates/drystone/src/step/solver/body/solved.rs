@@ -2,6 +2,7 @@
 
 use super::row::Aux;
 use super::squeeze::Squeeze;
+use super::state::End;
 use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Solver bodies of a step, from the default methods and the classic ones alike. The first one
@@ -14,6 +15,8 @@ pub(crate) struct Solved {
     pub(crate) whitening: Vec<Whitening>,
     pub(crate) aux: Vec<Aux>,
     pub(crate) squeezes: Vec<Squeeze>,
+    /// End states of solver bodies that have [`Aux::ended`]; empty unless some body may have.
+    pub(crate) ends: Vec<End>,
     /// Whether the solver body flew freely in this step, where known; or empty: see [`Self::flew`].
     pub(crate) free: Vec<Option<bool>>,
 }
@@ -23,6 +26,11 @@ impl Solved {
     /// body flew and must keep its energy.
     pub(crate) fn flew(&self, line: usize) -> bool {
         matches!(self.free.get(line), Some(Some(true)))
+    }
+
+    /// End state of a solver body that does not hold the body's motion.
+    pub(crate) fn end(&self, line: usize) -> Option<&End> {
+        if self.aux[line].ended { self.ends.get(line) } else { None }
     }
 
     /// Speed at which overlap correction moves the body of a row [m/s].

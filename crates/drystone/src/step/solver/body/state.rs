@@ -14,6 +14,14 @@ pub(crate) struct BodyState {
     pub(crate) w: Vec3,
 }
 
+/// State of a body at the step's end, where its solver body does not hold the motion.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct End {
+    pub(crate) state: BodyState,
+    /// Rounding error removed from the angular velocity [rad/s, world].
+    pub(crate) w_rest: Vec3,
+}
+
 impl BodyState {
     pub(crate) fn of(body: &Body) -> Self {
         Self { center: body.center, rotation: body.rotation, v: body.v, w: body.w }

@@ -20,7 +20,7 @@ use crate::step::context::StepContext;
 use crate::step::context::softness::exact_decay;
 use crate::step::gyration::{Spin, rotate_freely};
 use crate::step::solver::body::integrate::acceleration;
-use crate::step::solver::body::state::BodyState;
+use crate::step::solver::body::state::{BodyState, End};
 use crate::step::solver::lent::Solver;
 
 /// A joint whose gap exceeds this part of the body's reach is closed by its rows [1].
@@ -35,8 +35,8 @@ struct Swung {
 }
 
 impl Solver<'_> {
-    /// Moves the body of a joint as a pendulum; true if it is one. The solver body then holds the
-    /// end of the step, see [`crate::step::solver::body::row::Aux::put_end`].
+    /// Moves the body of a joint as a pendulum; true if it is one. The end of the
+    /// step is then stored apart from the solver body, see [`Solver::put_end`].
     pub(crate) fn swing(&self, joint: &mut Joint) -> bool {
         let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
         let (line, body, r, other, at, sign) =
@@ -60,7 +60,7 @@ impl Solver<'_> {
         let substeps = self.ctx.substeps as f32;
         joint.given = [(end.impulse * (sign * substeps)).bounded(), Vec3::ZERO];
         joint.peak = [bounded(joint.impulse.length()), 0.0];
-        self.aux.row(line as usize).put_end(self.lines.row(line as usize), &end.state, end.w_rest);
+        self.put_end(line as usize, End { state: end.state, w_rest: end.w_rest });
         true
     }
 }
