@@ -7,11 +7,10 @@
 //! earlier support that lies still on a contact whose first points are of this step. The contacts
 //! below a body share its weight and its load equally, from the top of the stack down. That is a
 //! statics estimate, which sweeps correct; it must be near, not exact.
-//! from above down, in equal parts. That is a guess of statics, which sweeps correct; it need not be right, but near.
+//!
 //! Reads: bodies, contacts that carry, changes of manifolds. Writes: contacts (impulses, settled
 //! depth), loads of bodies. Runs: on the calling thread, over contacts whose first points are of
 //! this step. Bodies with joints are left out, since joints carry loads too.
-//! caller, over contacts whose first points are of this step. Bodies on joints are left out: those bear, too.
 
 use super::change::Change;
 use super::settling::{is_still, settle_at_once};

@@ -264,7 +264,8 @@ mod tests {
         shift.length() + turn * q.extent
     }
 
-    /// Boxes of two sizes and balls that fall, spin and bounce on a ground, and balls that are shot into them.
+    /// Boxes of two sizes and balls that fall, spin and bounce on a ground, and balls that are shot
+    /// into them.
     fn heap() -> World {
         let mut world = World::default();
         world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space(Vec3::Y, 0.0))).unwrap();

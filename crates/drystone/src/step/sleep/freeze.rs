@@ -7,7 +7,6 @@
 //! with it. It wakes when an awake body meets it, and when the force or the torque of its contacts
 //! changes: a support was removed, a load came or went, something pushes. Bodies with joints do not
 //! freeze: they sleep by islands, like all others.
-//! with joints do not freeze: they sleep by islands, as all do.
 
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Load};
