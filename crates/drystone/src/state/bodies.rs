@@ -1,4 +1,4 @@
-//! The table of bodies, one row each. Only the solver's last pass, later stages and the world write
+//! The table of bodies, one row each. Only the stage `finalize`, later stages and the world write
 //! velocities and poses.
 
 use core::mem::take;

@@ -112,8 +112,8 @@ pub(crate) struct StepContext {
 /// millimeters deep before the contact is found.
 const PART_SPEED: f32 = 0.25;
 
-/// Push-out speed at which parting ends, and the depth that remains corresponds to it [m/s]: a
-/// sixteenth.
+/// Push-out speed at which parting ends, and to which the remaining depth corresponds [m/s]: a
+/// sixteenth of [`PART_SPEED`].
 const PARTED_SPEED: f32 = PART_SPEED / 16.0;
 
 /// Maximum warm start of a contact, in weights of its bodies; gravity counts as at least
@@ -279,7 +279,7 @@ impl StepContext {
     }
 }
 
-/// The greatest power of two that is no more than a number above 0.
+/// The greatest power of two that does not exceed a number above 0.
 const fn power_below(x: f32) -> f32 {
     f32::from_bits(x.to_bits() & 0x7f80_0000)
 }

@@ -5,7 +5,7 @@ use crate::state::bodies::{Body, Fineness};
 /// Bodies that turn faster than this get their own inertia back [rad/s], so toppling takes its real
 /// time. Bodies larger than this [m] (half the diagonal of a cube of 1 m) topple slower, as the
 /// root of their size. With 0.2 rad/s for all, dominoes of 10 m fell 11 % late at 60 Hz, and 36 %
-/// at 480 Hz. (For smaller bodies the speed would go up, and they are late by that.)
+/// at 480 Hz. (Raising the speed for smaller bodies makes them late.)
 pub(crate) const TURNING: f32 = 0.2;
 
 const SIZE: f32 = 0.87;
