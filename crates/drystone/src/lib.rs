@@ -1,6 +1,6 @@
-//! A real-time 3D rigid-body physics engine, named for walls that stand without mortar, by stacking and
-//! friction alone. Deterministic by construction: the same calls give the same bits for any number of
-//! threads, any SIMD level, in debug and release.
+//! A real-time 3D rigid-body physics engine, named for walls that stand without mortar, by stacking
+//! and friction alone. Deterministic by construction: the same calls give the same bits for any
+//! number of threads, any SIMD level, in debug and release.
 //!
 //! ```
 //! use drystone::{BodyDef, ShapeDef, World};
@@ -19,22 +19,23 @@
 //! }
 //! ```
 //!
-//! Units are SI: meters, kilograms, seconds, radians. Vectors and quaternions are taken as arrays or as
-//! [`Vec3`] and [`Quat`]. A [`World`] owns everything; ids name what is in it and stay valid until it is
-//! removed. Definitions are checked when they are given: nothing a user passes can panic, and
-//! [`World::step`] cannot fail.
+//! Units are SI: meters, kilograms, seconds, radians. Vectors and quaternions are taken as arrays
+//! or as [`Vec3`] and [`Quat`]. A [`World`] owns everything; an id names an object in it, and stays
+//! valid until that object is removed. Definitions are checked when they are given: no argument of
+//! a user can cause a panic, and [`World::step`] cannot fail.
 //!
 //! The [`manual`] has a chapter for each part, with examples: [first steps](manual::first_steps),
-//! [bodies](manual::bodies), [shapes](manual::shapes), [materials](manual::materials), [joints](manual::joints),
-//! [events](manual::events), [queries](manual::queries), [tuning](manual::tuning) and others.
+//! [bodies](manual::bodies), [shapes](manual::shapes), [materials](manual::materials),
+//! [joints](manual::joints), [events](manual::events), [queries](manual::queries),
+//! [tuning](manual::tuning) and others.
 //!
 //! # Features
 //!
 //! - `snapshot` (default): worlds as bytes, deltas, journals of calls; with `serde`.
 //! - `serde`: definitions, ids, events and numbers are `Serialize` and `Deserialize`.
-//! - `glam`, `mint`: vectors, rotations and matrices convert from and into theirs.
+//! - `glam`, `mint`: conversions of vectors, rotations and matrices from and into their types.
 //!
-//! The step is nine stages over tables; `ARCHITECTURE.md` of the repository shows them.
+//! The step is ten stages over tables; `ARCHITECTURE.md` of the repository shows them.
 
 #![cfg_attr(
     not(feature = "snapshot"),
@@ -72,8 +73,8 @@ pub use world::{
 };
 
 pub mod math {
-    //! Numbers besides [`Vec3`](crate::Vec3), [`Quat`](crate::Quat) and [`Pose`](crate::Pose), and the
-    //! trigonometry that gives the same bits everywhere.
+    //! Numbers besides [`Vec3`](crate::Vec3), [`Quat`](crate::Quat) and [`Pose`](crate::Pose), and
+    //! the trigonometry that gives the same bits everywhere.
 
     pub use crate::base::math::Mat3;
     pub use crate::base::sym3::Sym3;
@@ -81,7 +82,8 @@ pub mod math {
 }
 
 pub mod config {
-    //! The parts of a [`WorldConfig`](crate::WorldConfig). The manual: [tuning](crate::manual::tuning).
+    //! The parts of a [`WorldConfig`](crate::WorldConfig). The manual:
+    //! [tuning](crate::manual::tuning).
 
     pub use crate::state::def::config::{
         BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
@@ -100,7 +102,7 @@ pub mod method {
 }
 
 pub mod contact {
-    //! Contacts as they are, and rules that say which there are and how they act.
+    //! Contacts at rest and in motion, and rules that decide which contacts exist and how they act.
     //! The manual: [materials](crate::manual::materials).
 
     pub use crate::state::def::material::{Combine, ContactSoftness, SurfaceRule};
@@ -109,7 +111,8 @@ pub mod contact {
 }
 
 pub mod events {
-    //! Events and faults of a step: [`World::events`](crate::World::events). The manual: [events](crate::manual::events).
+    //! Events and faults of a step: [`World::events`](crate::World::events). The manual:
+    //! [events](crate::manual::events).
 
     pub use crate::state::def::reports::{ContactReports, Senses};
     pub use crate::state::events::{
@@ -135,7 +138,7 @@ pub mod joint {
 }
 
 pub mod breakage {
-    //! Joints and bonds that give way, and bodies that break where they are hit.
+    //! Breakage: joints and bonds with limited strength, and bodies that fracture on impact.
     //! The manual: [breakage](crate::manual::breakage).
 
     pub use crate::state::def::{Bond, BondStrength, Fatigue, Fracture, Glue, JointStrength};
@@ -151,26 +154,28 @@ pub mod particle {
 }
 
 pub mod mover {
-    //! A character that walks, climbs steps and slides along walls. The manual: [character](crate::manual::character).
+    //! A character that walks, climbs steps and slides along walls. The manual:
+    //! [character](crate::manual::character).
 
     pub use crate::world::{Moved, Mover, MoverHit};
 }
 
 pub mod impact {
-    //! One collision of two bodies by itself, by several laws.
+    //! One collision of two bodies in isolation, by several laws.
 
     pub use crate::base::collision::ImpactKind;
     pub use crate::world::{Impact, ImpactBody, ImpactSurface, impact};
 }
 
 pub mod draw {
-    //! Lines that show a world, for a host with a renderer of its own: [`World::debug_draw`](crate::World::debug_draw).
+    //! Debug lines of a world, for a host with its own renderer:
+    //! [`World::debug_draw`](crate::World::debug_draw).
 
     pub use crate::world::{DebugColor, DebugDraw, DebugDrawOptions, DebugTint};
 }
 
 pub mod audit {
-    //! Measures of how right a world is at a moment: energy, momentum, overlaps, residuals, causes.
+    //! Accuracy measures of a world at a moment: energy, momentum, overlaps, residuals, causes.
     //! The manual: [audit](crate::manual::audit).
 
     pub use crate::query::audit::{
@@ -193,7 +198,8 @@ pub mod snapshot {
 
 #[cfg(feature = "snapshot")]
 pub mod journal {
-    //! Calls to a world as data, recorded and replayed. The manual: [saving and rollback](crate::manual::saving_and_rollback).
+    //! Calls to a world as data, recorded and replayed. The manual: [saving and
+    //! rollback](crate::manual::saving_and_rollback).
 
     pub use crate::world::{
         Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError,
@@ -202,7 +208,7 @@ pub mod journal {
 }
 
 pub mod threads {
-    //! Who runs a step: the caller alone, a [`Team`], or an [`Executor`] of the host.
+    //! Threads of a step: the caller alone, a [`Team`], or an [`Executor`] of the host.
     //! The manual: [threads and determinism](crate::manual::threads_and_determinism).
 
     pub use crate::base::simd::wide::SimdLevel;

@@ -1,9 +1,9 @@
 #![doc = include_str!("../manual/links.txt")]
 #![doc = include_str!("../manual/README.md")]
 
-// Links to chapters and items are defined in `links.txt`. It stands before each chapter, since the first definition of a label
-// counts: on the repository's pages the definitions at the end of a chapter lead to the files. It begins with a comment, which
-// ends the paragraph before it.
+// Links to chapters and items are defined in `links.txt`. It is included before each chapter, since
+// the first definition of a label counts; on the repository's pages the definitions at the end of a
+// chapter lead to the files. It begins with a comment, which ends the paragraph before it.
 
 /// A world, ids, errors, time and frames, numbers.
 #[doc = include_str!("../manual/links.txt")]

@@ -1,4 +1,5 @@
-//! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
+//! The table of bodies, one row each. Only the stage `finalize`, later stages and the world write
+//! velocities and poses.
 
 use core::mem::take;
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,41 +20,44 @@ use crate::base::slot_map::SlotMap;
 use crate::base::sym3::Sym3;
 use crate::geometry::mass::MassProperties;
 
-/// No row.
+/// Marks the absence of a row.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// In what parts an island takes the world's substeps.
+/// How finely an island subdivides the world's substeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Fineness {
-    /// Whole.
+    /// No subdivision.
     #[default]
     Whole,
-    /// In those of [`crate::config::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
+    /// Subdivided by [`crate::config::InertiaConfig::refine`]: the load on some body is near the
+    /// maximum that can be carried.
     Loaded,
-    /// In those of [`crate::config::JointConfig::refine`]: it has joints, and they go round fast.
+    /// Subdivided by [`crate::config::JointConfig::refine`]: it has joints, and they turn fast.
     Jointed,
-    /// In the same: it has joints, and is hit. The impulses that it keeps are taken back in the next step, those of a blow.
+    /// Refined like `Jointed`: it has joints, and a body was hit. Impact impulses must not
+    /// warm-start the next step, so they are rescaled then.
     Struck,
-    /// Of those that go round fast, what touches nothing: in parts, and each of the world's substeps is a round of its own.
+    /// Fast-turning joints without contacts: subdivided, and each of the world's substeps is a
+    /// round of its own.
     Tumbling,
 }
 
 impl Fineness {
-    /// All there are.
+    /// All values.
     pub(crate) const ALL: [Self; 5] =
         [Self::Whole, Self::Loaded, Self::Jointed, Self::Struck, Self::Tumbling];
 }
 
-/// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.
+/// Source of a body's mass: as in [`MassDef`], without values that the body stores itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(u8)]
 pub(crate) enum MassSource {
     Shapes,
-    /// Its mass [kg] was given.
+    /// The mass [kg] was given.
     Mass(f32),
-    /// All was given.
+    /// Mass, center and inertia were given.
     Exact,
 }
 
@@ -67,24 +71,25 @@ impl From<MassDef> for MassSource {
     }
 }
 
-/// Rows of a body's shapes or joints. Most bodies have a few, which need no memory of their own.
+/// Rows of a body's shapes or joints. Most bodies have few, which need no memory of their own.
 pub(crate) type Few = SmallVec<[u32; 4]>;
 
-/// A body. What every stage reads stands in the first cache line, and what tells an empty slot of the table: the
-/// compiler takes the values that one of its fields cannot have for that, of the first field with the most of them.
-/// That is [`Self::can_sleep`] as long as none has more than a `bool`: no `Vec`, no enum larger than a byte.
+/// A body. The first cache line has the fields that every stage reads, and the niche that
+/// `Option<Body>` uses for `None`. The compiler takes the first field with the most invalid bit
+/// patterns. That is [`Self::can_sleep`] as long as no field has more than a `bool`: no `Vec`, no
+/// enum larger than a byte.
 #[derive(Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct Body {
     pub(crate) kind: BodyKind,
     pub(crate) can_sleep: bool,
-    /// It takes no part in steps, and is in no tree: it is faulted, disabled or both.
+    /// The body takes no part in steps, and is in no tree: it is faulted, disabled or both.
     pub(crate) out: bool,
-    /// So fast that its boxes serve for one step: finalize makes them anew, so it looks for pairs in every
-    /// step.
+    /// The body is so fast that its boxes serve for one step only. Finalize makes them anew, so the
+    /// body searches for pairs in every step.
     pub(crate) flies: bool,
-    /// Place in [`Bodies::awake`], or [`NONE`].
+    /// Index in [`Bodies::awake`], or [`NONE`].
     pub(crate) awake_row: u32,
     /// Center of mass [m, world].
     pub(crate) center: Vec3,
@@ -93,10 +98,10 @@ pub(crate) struct Body {
     pub(crate) v: Vec3,
     /// Angular velocity [rad/s, world].
     pub(crate) w: Vec3,
-    /// Greatest distance of a point of it from the center of mass [m].
+    /// Maximum distance of its points from the center of mass [m].
     pub(crate) extent: f32,
 
-    /// Particles hold it or touch it in this step: it has a line in the solver.
+    /// Particles hold it or touch it in this step, so it has a solver body.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) dragged: bool,
     /// Center of mass [m, frame of the origin].
@@ -108,18 +113,18 @@ pub(crate) struct Body {
     pub(crate) moments: Vec3,
     /// Principal axes [body].
     pub(crate) principal: Quat,
-    /// What rounding in free flight took from the angular velocity [rad/s, world]: below the last digits of
-    /// `w`, and 0 as soon as anything but free rotation has a part in it.
+    /// Rounding remainder of the angular velocity in free flight [rad/s, world]: below the last
+    /// digits of `w`. It is 0 as soon as anything but free rotation acts.
     pub(crate) w_rest: Vec3,
     pub(crate) locks: AxisLocks,
 
     pub(crate) gravity_scale: f32,
     pub(crate) linear_damping: f32,
     pub(crate) angular_damping: f32,
-    /// Cleared after each step [N, N m, world].
+    /// Force and torque of this step; cleared after it [N, N m, world].
     pub(crate) step_force: Vec3,
     pub(crate) step_torque: Vec3,
-    /// Kept until changed [N, N m, world].
+    /// Lasting force and torque, kept until changed [N, N m, world].
     pub(crate) force: Vec3,
     pub(crate) torque: Vec3,
 
@@ -127,43 +132,46 @@ pub(crate) struct Body {
     pub(crate) shapes: Few,
     /// Rows of its joints.
     pub(crate) joints: Few,
-    /// First of its contacts: contact row × 2 + side.
+    /// First entry in its list of contacts: contact row × 2 + side.
     pub(crate) contacts: u32,
-    /// Constraints (contacts with points, joints) that act on it; 0 is free flight.
+    /// Number of constraints (contacts with points, joints) that act on it; 0 is free flight.
     pub(crate) constraints: u32,
 
-    /// Its island, and its neighbors in the chain of the island's bodies.
+    /// Its island, and its neighbors in the list of the island's bodies.
     pub(crate) island: u32,
     pub(crate) island_previous: u32,
     pub(crate) island_next: u32,
-    /// What the solver multiplied its mass and inertia by in the last step, and the load from which that
-    /// follows: the force that squeezes it from both sides [N].
+    /// Factor of its mass and inertia in the last step. It follows from `load`, the force that
+    /// squeezes the body from both sides [N].
     pub(crate) inertia_factor: f32,
-    /// In what parts its island took the last step's substeps.
+    /// Subdivision of its island in the last step.
     pub(crate) fineness: Fineness,
     pub(crate) load: f32,
-    /// Length of the substeps of the last step that it was awake in [s]; 0 before the first: what its contacts give follows that.
+    /// Length of the substeps of the last step in which it was awake [s]; 0 before the first. The
+    /// compression of its contacts depends on it.
     pub(crate) last_h: f32,
-    /// How long it has been still [s].
+    /// Time for which it has been still [s].
     pub(crate) still_time: f32,
     /// Speed below which it is still [m/s]; negative: the world's.
     pub(crate) sleep_speed: f32,
-    /// Half of the least thickness of its shapes [m]: what it may move in a step without a check.
+    /// Half the minimum thickness of its shapes [m]: it may move that far in a step without a
+    /// sweep.
     pub(crate) inner: f32,
-    /// How far a point of it may yet move before a shape may leave its box in the tree [m]; 0: unknown.
+    /// Distance that any point may move before a shape may leave its box in the tree [m]; 0:
+    /// unknown.
     pub(crate) room: f32,
-    /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
-    /// a body that nothing holds has [`NONE`].
+    /// Level in the contact graph: minimum number of contacts between it and a body that cannot be
+    /// pushed, which has level 0. An unsupported body has [`NONE`].
     pub(crate) level: u32,
-    /// It is glued together or fractures: contacts sum up what they give it.
+    /// It is glued together or fractures, so its contacts sum up their impulses.
     pub(crate) breaks: bool,
     /// It came from a fracture.
     pub(crate) is_piece: bool,
     /// None of its shapes reaches around its center of mass.
     pub(crate) hollow: bool,
-    /// Its state became non-finite, and it got no new one yet.
+    /// Its state became non-finite, and the user has set no new one.
     pub(crate) faulted: bool,
-    /// The user took it out of the world.
+    /// The user disabled it.
     pub(crate) disabled: bool,
     pub(crate) user_data: u64,
 }
@@ -173,7 +181,7 @@ impl Clone for Body {
         Self { shapes: self.shapes.clone(), joints: self.joints.clone(), ..*self }
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let (mut shapes, mut joints) = (take(&mut self.shapes), take(&mut self.joints));
         shapes.clone_from(&from.shapes);
@@ -194,7 +202,7 @@ impl Body {
         }
     }
 
-    /// Puts the origin at `pose`.
+    /// Moves the origin to `pose`.
     pub(crate) fn set_pose(&mut self, pose: &Pose) {
         self.rotation = pose.rotation;
         self.center = pose.point(self.local_center);
@@ -211,27 +219,28 @@ impl Body {
         self.kind == BodyKind::Dynamic
     }
 
-    /// True if it is dynamic and not active: it sleeps, or was put aside.
+    /// True if it is dynamic and not active: it sleeps, or was set aside.
     #[inline]
     pub(crate) fn sleeps(&self) -> bool {
         self.is_dynamic() && !self.active()
     }
 
-    /// No point of it moves faster [m/s]; `length` is that of a typical body [m].
+    /// Upper bound on the speed of its points [m/s]; `length` is that of a typical body [m].
     #[inline]
     pub(crate) fn greatest_speed(&self, length: f32) -> f32 {
-        // A body without shapes has no extent, but may well spin.
+        // A body without shapes has no extent, but may spin.
         let reach = if self.extent > 0.0 { self.extent } else { length };
         self.v.length() + self.w.length() * reach
     }
 
-    /// Below this speed it is still [m/s]; `speed` is the world's.
+    /// Speed below which it is still [m/s]; `speed` is the world's.
     #[inline]
     pub(crate) const fn still_speed(&self, speed: f32) -> f32 {
         if self.sleep_speed >= 0.0 { self.sleep_speed } else { speed }
     }
 
-    /// How an angular impulse [N m s, world] changes its angular velocity [rad/s, world], as far as its locks allow.
+    /// Change of its angular velocity [rad/s, world] by an angular impulse [N m s, world], subject
+    /// to its locks.
     pub(crate) fn turn_by(&self, impulse: Vec3) -> Vec3 {
         let m = self.moments;
         let inverse = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
@@ -252,41 +261,43 @@ impl Body {
     }
 }
 
-/// What contacts do to a body.
+/// Force and torque that contacts apply to a body.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Load {
-    /// Sum of the forces [N, world], and of their sizes.
+    /// Sum of the forces [N, world], and the sum of their magnitudes.
     pub(crate) force: Vec3,
     pub(crate) size: f32,
-    /// About its center of mass [N m, world].
+    /// Torque about its center of mass [N m, world].
     pub(crate) torque: Vec3,
 }
 
-/// What tells that two bodies are still apart without a look at them: how far they have come and may come, in
-/// whole [`Track::UNIT`]s, so that sums go round without a loss however long a world lives.
+/// Motion counters that prove that two bodies are still apart without reading them. They count
+/// whole [`Track::UNIT`]s, so sums wrap without loss over any lifetime of a world.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Track {
-    /// No point of the body has come farther than what this grew by; goes round.
+    /// Path length: no point of the body has moved farther than its increase. Wraps.
     pub(crate) way: u32,
-    /// How far contacts are looked for in this step on its account; 0 of what is static, never of what is awake.
+    /// Speculative distance that this body contributes this step; 0 exactly for bodies that are
+    /// static or have never moved.
     pub(crate) ahead: u32,
 }
 
 impl Track {
-    /// A micrometer [m], times the world's length.
+    /// Unit of length: a micrometer [m], times the world's length.
     const UNIT: f32 = 1.0 / 1_048_576.0;
-    /// Farther than this a body never comes at once, nor is a gap ever wider: 256 m, times the world's length. Sums of two ways, what lies ahead
-    /// and a margin stay below half of all numbers.
+    /// Maximum displacement at once and maximum gap: 256 m, times the world's length. The sum of
+    /// two path lengths, the speculative distances and a margin stays below half of the range.
     const MOST: u32 = 1 << 28;
 
-    /// It is that of a static body, or of one that has not yet moved.
+    /// True for a static body, or one that has not yet moved.
     pub(crate) const fn is_static(self) -> bool {
         self.ahead == 0
     }
 
-    /// A distance [m, by the world's length] in units, no less than it is, for ways; what is no number is the greatest.
+    /// A distance [m, by the world's length] in units, rounded up, for path lengths; NaN becomes
+    /// the maximum.
     #[inline]
     pub(crate) fn at_least(distance: f32) -> u32 {
         let units = distance / Self::UNIT;
@@ -294,7 +305,7 @@ impl Track {
         if units < 0.99 * Self::MOST as f32 { units.max(0.0) as u32 + 1 } else { Self::MOST }
     }
 
-    /// And no more than it is, for gaps.
+    /// A distance in units, rounded down, for gaps.
     #[inline]
     pub(crate) fn at_most(distance: f32) -> u32 {
         let units = (distance / Self::UNIT).clamp(0.0, 0.99 * Self::MOST as f32);
@@ -309,15 +320,16 @@ impl Track {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
-    /// Of each row.
+    /// Motion counters of each row.
     pub(crate) tracks: Vec<Track>,
-    /// Of each row.
+    /// Stillness of each row.
     pub(crate) stillness: Vec<Stillness>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
-    /// Of each row when it froze; as far as bodies ever did.
+    /// Loads at the time of freezing, by row; as long as the highest row that ever froze requires.
     frozen_loads: Vec<Load>,
-    /// By rows: masses that were given in full. Bodies that are not dynamic have none of their own meanwhile.
+    /// Masses that were given in full, by row. Bodies that are not dynamic have no mass of their
+    /// own meanwhile.
     pub(crate) given: BTreeMap<u32, MassProperties>,
     /// Pairs of rows, the lower first, that never collide.
     pub(crate) strangers: BTreeSet<(u32, u32)>,
@@ -330,7 +342,7 @@ impl Clone for Bodies {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self { rows, tracks, stillness, awake, frozen_loads, given, strangers } = from;
         self.rows.clone_from(rows);
@@ -344,7 +356,7 @@ impl Clone for Bodies {
 }
 
 impl Bodies {
-    /// True of two bodies, by their rows, that never collide.
+    /// True if two bodies, given by their rows, never collide.
     #[inline]
     pub(crate) fn are_strangers(&self, a: u32, b: u32) -> bool {
         !self.strangers.is_empty() && self.strangers.contains(&(a.min(b), a.max(b)))
@@ -373,7 +385,7 @@ impl Bodies {
         self.rows.at_mut(row).expect("tables name living bodies only")
     }
 
-    /// What the contacts did to a body when it froze.
+    /// Load of the contacts on a body when it froze.
     pub(crate) fn frozen_load(&self, row: u32) -> Load {
         self.frozen_loads.get(row as usize).copied().unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! What happened in the last step, in lists of a defined order.
+//! Events of the last step, in lists of a defined order.
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct ContactEvent {
     pub body_b: BodyId,
 }
 
-/// Two shapes met at speed: they began to touch, or points of them landed that bore nothing before.
+/// Two shapes met at speed: they began to touch, or points landed that carried no impulse before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
@@ -34,18 +34,18 @@ pub struct HitEvent {
     pub body_a: BodyId,
     /// Body of the second shape.
     pub body_b: BodyId,
-    /// Where [m, world].
+    /// Position [m, world].
     pub point: Vec3,
     /// Contact normal from A to B [world].
     pub normal: Vec3,
-    /// Speed along the normal before the hit [m/s], of the point that came fastest; above 0.
+    /// Speed along the normal before the hit [m/s], of the fastest point; above 0.
     pub speed: f32,
-    /// Impulse along the normals of the pair in the step of the hit [N s]. Some of a hit may come in the next step, as the
-    /// solver spreads a blow over a stack.
+    /// Impulse along the normals of the pair in the step of the hit [N s]. A part of it may follow
+    /// in the next step, since the solver spreads an impact over a stack.
     pub impulse: f32,
 }
 
-/// What a pair of shapes that touch gave to each other in the step, and how hard it pressed. See
+/// Impulse and force between a pair of touching shapes in the step. See
 /// [`ContactReports::forces`](crate::events::ContactReports::forces).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
@@ -61,19 +61,20 @@ pub struct ContactForce {
     pub body_b: BodyId,
     /// Impulse of the whole step on B, friction included [N s, world]; A got the opposite.
     pub impulse: Vec3,
-    /// Part of it along the normals, in sum over the points [N s]; at least 0.
+    /// Part of the impulse along the normals, summed over the points [N s]; at least 0.
     pub normal_impulse: f32,
-    /// Mean force of the step on B, friction included [N, world]: the impulse over the time of the step.
+    /// Mean force of the step on B, friction included [N, world]: the impulse divided by the step.
     pub force: Vec3,
-    /// Greatest force along the normal, as the mean over a substep [N]. Over a mesh it is the sum of those of the pair's
-    /// manifolds, which may have been in different substeps. Shorter substeps show a higher peak of the same blow.
+    /// Maximum force along the normal, as the mean over a substep [N]. For a mesh it is the sum
+    /// over the pair's manifolds, whose maxima may be in different substeps. Shorter substeps show
+    /// a higher peak of the same impact.
     pub greatest_force: f32,
-    /// Where its points are in [`Events::force_points`], and how many.
+    /// First of its points in [`Events::force_points`], and their number.
     pub(crate) points: [u32; 2],
 }
 
 impl ContactForce {
-    /// Mean force of the step on this body [N, world]; 0 for a body that is not of the pair.
+    /// Mean force of the step on this body [N, world]; 0 for a body outside the pair.
     #[must_use]
     pub fn force_on(&self, body: BodyId) -> Vec3 {
         let sign =
@@ -87,13 +88,13 @@ impl ContactForce {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct ForcePoint {
-    /// Where [m, world].
+    /// Position [m, world].
     pub position: Vec3,
     /// Contact normal from A to B [world].
     pub normal: Vec3,
     /// Impulse of the whole step along the normal [N s]; at least 0.
     pub impulse: f32,
-    /// Greatest force along the normal, as the mean over a substep [N].
+    /// Maximum force along the normal, as the mean over a substep [N].
     pub greatest_force: f32,
 }
 
@@ -112,7 +113,7 @@ pub struct SensorEvent {
     pub visitor_body: BodyId,
 }
 
-/// A joint had to bear more than its strength, and was removed.
+/// A joint exceeded its strength, and was removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
@@ -123,28 +124,28 @@ pub struct JointBreak {
     pub body_a: BodyId,
     /// Its second body.
     pub body_b: BodyId,
-    /// Which limit it passed; the first of them if it was several.
+    /// The limit that it exceeded; if there were several, the first of them.
     pub limit: JointLimit,
-    /// Force that it had to bear [N].
+    /// Force on the joint [N].
     pub force: f32,
     /// Torque [N m].
     pub torque: f32,
     /// Impulse of the step [N s].
     pub impulse: f32,
-    /// How far it was worn out; 1 is all.
+    /// Accumulated fatigue; at 1 the joint breaks.
     pub damage: f32,
 }
 
-/// What broke a joint.
+/// The limit at which a joint broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum JointLimit {
-    /// Its force.
+    /// Maximum force.
     Force,
-    /// Its torque.
+    /// Maximum torque.
     Torque,
-    /// Its impulse in a step.
+    /// Maximum impulse in a step.
     Impulse,
     /// Fatigue.
     Fatigue,
@@ -155,28 +156,28 @@ pub enum JointLimit {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct BondBreak {
-    /// The body, as it was called before.
+    /// The body, by the id it had before.
     pub body: BodyId,
     /// The two shapes that it held together.
     pub shapes: [ShapeId; 2],
-    /// Where [m, world].
+    /// Position of the bond [m, world].
     pub point: Vec3,
-    /// Tension, that of bending included [Pa]; 0 under pressure.
+    /// Tension, including that of bending [Pa]; 0 under pressure.
     pub tension: f32,
-    /// Shear, that of twisting included [Pa].
+    /// Shear, including that of twisting [Pa].
     pub shear: f32,
 }
 
-/// Why a body came apart.
+/// Cause of a fracture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum FractureCause {
-    /// Its bonds broke: it goes on as the largest part, and the pieces are the others.
+    /// Its bonds broke: the body continues as the largest part, and the pieces are the others.
     Glue,
-    /// A blow of too much impulse. The body is no more.
+    /// The impulse of an impact was too large. The body was removed.
     Impulse,
-    /// A blow of too much energy. The body is no more.
+    /// The energy of an impact was too large. The body was removed.
     Energy,
 }
 
@@ -187,15 +188,16 @@ pub enum FractureCause {
 pub struct FractureEvent {
     /// The body; its id is stale now unless glue broke.
     pub body: BodyId,
-    /// Why.
+    /// Cause of the fracture.
     pub cause: FractureCause,
-    /// Where it was hit [m, world]; of glue: where the bond was that bore most for its strength.
+    /// Position of the impact [m, world]; for glue: of the bond with the highest stress for its
+    /// strength.
     pub point: Vec3,
-    /// Impulse [N s] or energy [J] of the blow; of glue: the stress over what the bond bore, 1 or more.
+    /// Impulse [N s] or energy [J] of the impact; for glue: stress over strength, 1 or more.
     pub value: f32,
-    /// The limit that it passed; 1 of glue.
+    /// The limit that was exceeded; 1 for glue.
     pub limit: f32,
-    /// Where its pieces are in [`Events::pieces`], and how many.
+    /// First of its pieces in [`Events::pieces`], and their number.
     pub(crate) pieces: [u32; 2],
 }
 
@@ -210,27 +212,28 @@ pub struct LinkTear {
     pub a: ParticleId,
     /// Its second particle.
     pub b: ParticleId,
-    /// What it pulled with in the last substep [N]; below 0: it pushed.
+    /// Pull in the last substep [N]; below 0: it pushed.
     pub force: f32,
-    /// How far it was stretched, as a part of its length.
+    /// Elongation, as a part of its length.
     pub strain: f32,
 }
 
-/// What was wrong in a step.
+/// Kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum FaultKind {
-    /// The state of a body or a particle became infinite or NaN: it was put back to its last good pose,
-    /// stopped, and takes no further part until the user sets its pose or velocity.
+    /// The state of a body or a particle became infinite or NaN: it was put back to its last good
+    /// pose, stopped, and takes no further part until the user sets its pose or velocity.
     NotFinite,
-    /// The time step given was not a finite number above 0: nothing was stepped.
+    /// The time step was not a finite number above 0: nothing was stepped.
     BadTimeStep,
-    /// A value given by this call before the step is not finite, out of range, or does not suit: the call changed nothing.
+    /// A value passed to this call before the step was not finite, out of range or unsuitable. The
+    /// call changed nothing.
     Refused(FrameCall),
 }
 
-/// A call that a game makes in each frame, which returns nothing: see [`FaultKind::Refused`].
+/// A call that a game makes in each frame, and that returns nothing: see [`FaultKind::Refused`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
@@ -267,9 +270,9 @@ pub enum FrameCall {
     SetSurfaceVelocity,
     /// [`ShapeMut::set_surface_spin`](crate::ShapeMut::set_surface_spin).
     SetSurfaceSpin,
-    /// [`JointMut::set_motor`](crate::JointMut::set_motor), or of one axis.
+    /// [`JointMut::set_motor`](crate::JointMut::set_motor), or its variant for one axis.
     SetMotor,
-    /// [`JointMut::set_servo`](crate::JointMut::set_servo), or of one axis.
+    /// [`JointMut::set_servo`](crate::JointMut::set_servo), or its variant for one axis.
     SetServo,
     /// [`JointMut::set_target_rotation`](crate::JointMut::set_target_rotation).
     SetTargetRotation,
@@ -321,62 +324,65 @@ impl FrameCall {
     }
 }
 
-/// Something went wrong in a step.
+/// A refused call, or a failure in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct Fault {
-    /// The body, if it is about one; of a call on a shape, its body.
+    /// The body that it concerns, if any; for a call on a shape, its body.
     pub body: Option<BodyId>,
-    /// The joint, if it is about one.
+    /// The joint that it concerns, if any.
     pub joint: Option<JointId>,
-    /// The particle, if it is about one; of a call on a link, its first one.
+    /// The particle that it concerns, if any; for a call on a link, its first one.
     pub particle: Option<ParticleId>,
-    /// What was wrong.
+    /// Kind of the fault.
     pub kind: FaultKind,
-    /// Number of the step, the first is 1.
+    /// Number of the step; the first is 1.
     pub step: u64,
 }
 
-/// What happened in the last step; cleared when the next begins. Every list is in the order of the
-/// contacts' or bodies' slots, the same for any number of threads. The manual: [events](crate::manual::events).
+/// Events of the last step; cleared when the next begins. Each list has a fixed order, the same for
+/// any number of threads. The manual: [events](crate::manual::events).
 #[derive(Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct Events {
-    /// Shapes that began to touch: the first step in which one pushed the other, if for a part of it only.
+    /// Shapes that began to touch: one pushed the other for the first time, if only in a part of
+    /// the step. By the ids of both shapes.
     pub contact_begin: Vec<ContactEvent>,
-    /// Shapes that ceased to touch, also because one of them was removed.
+    /// Shapes that ceased to touch, also by the removal of one. By the ids of both shapes.
     pub contact_end: Vec<ContactEvent>,
-    /// Shapes that landed on each other faster than their hit speed, see [`ContactReports`](crate::events::ContactReports): they began
-    /// to touch, or a part of them came down that bore nothing before. One for each pair. What flies so fast
-    /// that it would pass what it meets is stopped there, and hits it in the next step.
+    /// Pairs that landed faster than their hit speed, see
+    /// [`ContactReports`](crate::events::ContactReports): the shapes began to touch, or a part
+    /// without impulse landed. One for each pair, by the ids of both shapes. A body that would pass
+    /// another within the step is stopped there, and hits it in the next step.
     pub hits: Vec<HitEvent>,
-    /// What pairs gave to each other of which a shape reports forces. Those that sleep give none.
+    /// Impulses and forces of pairs with a shape that reports forces, by the ids of both shapes.
+    /// Sleeping pairs have no entry.
     pub contact_forces: Vec<ContactForce>,
-    /// Their points: see [`Self::points_of`].
+    /// Points of the contact forces, in the same order: see [`Self::points_of`].
     pub force_points: Vec<ForcePoint>,
-    /// Shapes that entered a sensor.
+    /// Shapes that entered a sensor, by sensor, then visitor.
     pub sensor_enter: Vec<SensorEvent>,
-    /// Shapes that left a sensor.
+    /// Shapes that left a sensor, by sensor, then visitor.
     pub sensor_exit: Vec<SensorEvent>,
-    /// Bodies that fell asleep.
+    /// Bodies that fell asleep, by id.
     pub sleep: Vec<BodyId>,
-    /// Bodies that woke.
+    /// Bodies that woke, by id.
     pub wake: Vec<BodyId>,
-    /// Joints that broke, and are no more.
+    /// Joints that broke and were removed, by joint.
     pub joint_break: Vec<JointBreak>,
-    /// Links between particles that tore, and are no more.
+    /// Links between particles that tore and were removed, by id.
     pub link_tear: Vec<LinkTear>,
-    /// Particles whose attachment ended because its body was removed.
+    /// Particles whose attachment ended because its body was removed, by id.
     pub detached: Vec<ParticleId>,
-    /// Bonds of glued bodies that broke.
+    /// Bonds of glued bodies that broke, by body, then in the order in which they broke.
     pub bond_break: Vec<BondBreak>,
-    /// Bodies that came apart; what they broke into: [`Self::pieces_of`].
+    /// Bodies that broke apart, by body; their pieces: [`Self::pieces_of`].
     pub fractures: Vec<FractureEvent>,
-    /// New bodies, pieces of those that came apart.
+    /// New bodies made by fractures, in the order of `fractures`.
     pub pieces: Vec<BodyId>,
-    /// What went wrong.
+    /// Faults: refused calls in call order, then bodies, then particles, by id.
     pub faults: Vec<Fault>,
 }
 
@@ -387,7 +393,7 @@ impl Clone for Events {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self {
             contact_begin,
@@ -434,22 +440,24 @@ impl Events {
         self.pieces.get(first..first + count).unwrap_or_default()
     }
 
-    /// The points of a pair, 1 to 4 for each of its manifolds; only pairs with a mesh have several. Of what turns so far that
-    /// its contacts are made anew within the step some may be gone: the impulse of the pair is all the same that of all.
+    /// The points of a pair, 1 to 4 for each of its manifolds; only pairs with a mesh have several.
+    /// If a pair turns so far that its contacts are rebuilt within the step, some points may be
+    /// missing; the impulse of the pair still includes them.
     #[must_use]
     pub fn points_of(&self, pair: &ContactForce) -> &[ForcePoint] {
         let [first, count] = pair.points.map(|n| n as usize);
         self.force_points.get(first..first + count).unwrap_or_default()
     }
 
-    /// Mean force of the step that contacts gave to a body [N, world], as far as they report forces. Of a body that rests on
-    /// contacts alone it is the opposite of its weight.
+    /// Mean force of the step by contacts on a body [N, world], over the pairs that report forces.
+    /// For a body at rest on contacts alone it is the opposite of its weight.
     #[must_use]
     pub fn contact_force_on(&self, body: BodyId) -> Vec3 {
         self.contact_forces.iter().fold(Vec3::ZERO, |sum, pair| sum + pair.force_on(body))
     }
 
-    /// Between steps bodies wake and sleep in turn by hand: leaves of each what it came to, and nothing if that is as it was.
+    /// Merges repeated wake and sleep calls between steps: keeps each body's net change, or no
+    /// entry if there is none.
     pub(crate) fn settle_sleep(&mut self) {
         let Self { sleep, wake, .. } = self;
         if sleep.is_empty() {

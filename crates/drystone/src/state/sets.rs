@@ -1,5 +1,5 @@
-//! The sets of bodies (awake, not awake) and of constraints (colored, not): the only place where rows
-//! move between them.
+//! Sets of bodies (awake, not awake) and of constraints (colored, not). Only this module moves rows
+//! between them.
 
 pub(crate) mod changes;
 
@@ -24,7 +24,7 @@ pub(crate) struct Sets<'a> {
     pub(crate) events: &'a mut Events,
 }
 
-/// The dynamic ones of two bodies, and how many there are.
+/// The dynamic ones of two bodies, and their number.
 pub(super) fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
     match (bodies.at(a).is_dynamic(), bodies.at(b).is_dynamic()) {
         (true, true) => ([a, b], 2),
@@ -35,12 +35,12 @@ pub(super) fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
 }
 
 impl Sets<'_> {
-    /// Enters a contact that has points into the colors, and links the islands of its bodies.
+    /// Adds a contact with points to the colors, and links the islands of its bodies.
     pub(crate) fn color_contact(&mut self, row: u32) {
         self.turn(row, Move::Enters);
     }
 
-    /// Takes a contact out of the colors; its islands stay linked until they are split.
+    /// Removes a contact from the colors; its islands stay linked until they are split.
     pub(crate) fn uncolor_contact(&mut self, row: u32) {
         self.turn(row, Move::Leaves);
     }
@@ -49,7 +49,7 @@ impl Sets<'_> {
         self.contacts.at(row).is_special(self.bodies)
     }
 
-    /// Gives a contact another surface, wherever it stands.
+    /// Sets the surface properties of a contact, colored or not.
     pub(crate) fn set_surface(&mut self, row: u32, surface: &PairSurface) {
         let colored = self.contacts.at(row).place.is_somewhere();
         let before = colored && self.is_special(row);
@@ -70,12 +70,12 @@ impl Sets<'_> {
         if n == 2 { &mut colors.joints } else { &mut colors.joints_fixed }
     }
 
-    /// Enters a joint into the colors, and links the islands of its bodies.
+    /// Adds a joint to the colors, and links the islands of its bodies.
     pub(crate) fn color_joint(&mut self, row: u32) {
         let joint = self.joints.at(row);
         let (a, b) = (joint.body_a, joint.body_b);
         let (dynamic, n) = dynamic_of(self.bodies, a, b);
-        // Joints of what is out of the world do not act, nor do couplings of those.
+        // Joints of bodies that are out of the world do not act, nor do couplings of such joints.
         let is_out = |body: u32| self.bodies.at(body).out;
         if joint.is_idle(self.bodies) || joint.place.is_somewhere() {
             return;
@@ -100,7 +100,7 @@ impl Sets<'_> {
         }
     }
 
-    /// Takes a joint out of the colors.
+    /// Removes a joint from the colors.
     pub(crate) fn uncolor_joint(&mut self, row: u32) {
         let joint = self.joints.at(row);
         let place = joint.place;
@@ -136,7 +136,7 @@ impl Sets<'_> {
         }
     }
 
-    /// Brings a body's contacts and joints in line with whether their bodies are active.
+    /// Updates the color state of a body's contacts and joints after a change of its activity.
     fn refresh_constraints(&mut self, body: u32) {
         let mut at = self.bodies.at(body).contacts;
         while at != NONE {
@@ -167,8 +167,8 @@ impl Sets<'_> {
         }
     }
 
-    /// Makes a body one of another kind. Its contacts and joints stay, each where it is solved then; a contact that is
-    /// solved no longer is still to be ended. Velocities are as they were.
+    /// Changes a body's kind. Its contacts and joints stay, each in the coloring of its new bodies;
+    /// the caller must end contacts that are no longer solved. Velocities stay.
     pub(crate) fn set_kind(&mut self, body: u32, kind: BodyKind) {
         let contacts: Vec<u32> =
             self.contacts.of_body(self.bodies.at(body)).map(|(row, _)| row).collect();
@@ -205,8 +205,8 @@ impl Sets<'_> {
         (self.colors.bodies_changed, self.colors.levels_dirty) = (true, true);
     }
 
-    /// Takes a body out of the world, from among those that are awake and from its island; its velocities are kept. Its
-    /// contacts are still to be ended.
+    /// Removes a body from the world: from the awake set and its island; its velocities stay. The
+    /// caller must end its contacts.
     pub(crate) fn take_out(&mut self, body: u32) {
         self.bodies.at_mut(body).out = true;
         self.set_active(body, false);
@@ -217,7 +217,7 @@ impl Sets<'_> {
         self.refresh_constraints(body);
     }
 
-    /// Wakes a body, with the island it is in. Static bodies do not wake, nor does what is out of the world.
+    /// Wakes a body, with its island. Static bodies and bodies out of the world do not wake.
     pub(crate) fn wake(&mut self, body: u32) {
         let b = self.bodies.at_mut(body);
         if b.out || b.kind == BodyKind::Static {
@@ -258,7 +258,8 @@ impl Sets<'_> {
         }
     }
 
-    /// Takes a body whose state became non-finite out of the awake sets. It stops, and does not count as one that fell asleep.
+    /// Removes a body whose state became non-finite from the awake sets. It stops, and is not
+    /// reported as asleep.
     pub(crate) fn put_aside(&mut self, row: u32) {
         let asleep = self.events.sleep.len();
         self.rest(&[row]);
@@ -273,7 +274,7 @@ impl Sets<'_> {
             let b = self.bodies.at_mut(*m);
             (b.v, b.w) = Default::default();
             if b.fineness == Fineness::Struck {
-                // The blow is over.
+                // The impact is over.
                 b.fineness = Fineness::Whole;
             }
             if b.active() && b.is_dynamic() {

@@ -16,7 +16,7 @@ use super::particles::Particles;
 use super::sets::Sets;
 use super::shapes::Shapes;
 
-/// Everything that lives from step to step.
+/// All state that persists between steps.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Tables {
@@ -31,11 +31,11 @@ pub(crate) struct Tables {
     pub(crate) colors: Colors,
     pub(crate) events: Events,
     pub(crate) breakage: Breakage,
-    /// Steps taken.
+    /// Number of steps taken.
     pub(crate) steps: u64,
 }
 
-/// Tables and numbers that stages use one by one, beside [`Sets`].
+/// Tables and values that stages use individually, beside [`Sets`].
 #[derive(Debug)]
 pub(crate) struct Others<'a> {
     pub(crate) config: &'a WorldConfig,
@@ -47,7 +47,7 @@ pub(crate) struct Others<'a> {
 }
 
 impl Tables {
-    /// All tables, to be lent to the stages of a step.
+    /// Lends all tables to the stages of a step.
     pub(crate) fn lend(&mut self) -> (Sets<'_>, Others<'_>) {
         let sets = Sets {
             bodies: &mut self.bodies,
@@ -76,7 +76,7 @@ impl Clone for Tables {
         copy
     }
 
-    /// Into the lists that are there.
+    /// Reuses the existing lists.
     fn clone_from(&mut self, from: &Self) {
         let Self {
             config,

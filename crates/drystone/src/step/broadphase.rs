@@ -1,8 +1,9 @@
-//! The stage `broadphase`: shapes whose box in the tree is new or changed find new pairs, which become contacts.
+//! The stage `broadphase`: finds new pairs of shapes around every shape whose box in the tree is
+//! new or changed, and makes their contacts.
 //!
-//! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries parallel
-//! over moved shapes; contacts are made and entered in parallel too, and come out as one after the other in the
-//! order of the sorted pairs.
+//! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries in
+//! parallel over moved shapes. Contacts are made and entered in parallel too; the result is that of
+//! a serial run in the order of the sorted pairs.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
@@ -32,12 +33,12 @@ use crate::state::shapes::{ShapeRow, Shapes};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     found: Vec<Vec<u64>>,
-    /// The rows that look for pairs, to be asked quickly.
+    /// Rows that search for pairs, as a set.
     looks: BitSet,
-    /// Those of them that are new or moved, where others look for them.
+    /// New or moved rows, for steps in which other rows search for them.
     fresh: Fresh,
     pairs: Vec<u64>,
-    /// Of each pair.
+    /// New contacts, one for each pair.
     new: Vec<Newcomer>,
     slack: Slack,
 }
@@ -56,7 +57,7 @@ pub(crate) fn find_pairs(
     bounds.tidy(jobs);
     let Bounds { fixed, moving, moved, placed, .. } = bounds;
     let Scratch { found, pairs, new, looks, fresh, slack } = scratch;
-    // Not what was removed again, nor what a row that was used again stands for.
+    // Drop rows that were removed again, and reused rows that stand for another shape.
     moved.retain(|row| {
         let is_there = moving.leaf(*row) != NONE;
         if is_there {
@@ -65,8 +66,8 @@ pub(crate) fn find_pairs(
         is_there
     });
     placed.retain(|row| fixed.leaf(*row) != NONE);
-    // Of a world's ground a million boxes may be new at once, and nothing that moves: then it is less
-    // work to ask for all that moves.
+    // A world's ground may be a million new boxes at once, with few moving shapes. Querying around
+    // all moving shapes is then less work.
     let many_placed = placed.len() > moving.len();
     fresh.clear();
     if many_placed {
@@ -75,8 +76,9 @@ pub(crate) fn find_pairs(
         moved.extend(moving.items());
         moved.iter().for_each(|row| looks.insert(*row));
     }
-    // Each once, and by place, so that neighbors meet the same blocks; the pairs are sorted again, so the order never
-    // shows. The tree has its items in that order: to leave out those that look for nothing is less work than to sort many.
+    // Each row once, in tree order, so that neighbors visit the same blocks; the pairs are sorted
+    // again, so the order has no effect. The tree lists its items in that order: filtering them is
+    // less work than sorting many rows.
     if 8 * moved.len() > moving.len() {
         moved.clear();
         moved.extend(moving.items().filter(|row| looks.contains(*row)));
@@ -85,7 +87,7 @@ pub(crate) fn find_pairs(
         moved.dedup();
     }
     let finder = Finder { ctx, bodies, shapes, joints, contacts, looks };
-    // What is fixed meets what is fixed only where a sensor looks for it.
+    // Pairs of two static shapes exist only if a sensor detects static shapes.
     let sees_fixed = shapes.see_statics > 0;
     let few_placed = if many_placed && !sees_fixed { &[] } else { placed.as_slice() };
     let around_placed: &[&RTree] = match (many_placed, sees_fixed) {
@@ -93,11 +95,13 @@ pub(crate) fn find_pairs(
         (false, true) => &[moving, fixed],
         (false, false) => &[moving],
     };
-    // Where most look, the tree is met with itself, eight at a time and each pair once.
+    // If most rows search, the tree is queried against itself, eight boxes at a time and each pair
+    // once.
     let blocks = if 2 * moved.len() > moving.len() { moving.blocks() } else { 0 };
     let trees: &[&RTree] = if blocks > 0 { &[fixed] } else { &[moving, fixed] };
     let asking = moved.len() + few_placed.len();
-    // A block is much more work than a shape that asks the fixed tree, so each comes with some of those.
+    // A block is much more work than a query of the static tree, so each block is combined with
+    // some queries.
     let n = if blocks > 0 { blocks } else { asking };
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
         let mut queue = Queue::default();
@@ -132,7 +136,7 @@ pub(crate) fn find_pairs(
     placed.clear();
 }
 
-/// Some rows, to be asked quickly.
+/// A set of rows with a list for clearing it.
 #[derive(Clone, Debug, Default)]
 struct Fresh {
     set: BitSet,
@@ -157,26 +161,26 @@ impl Fresh {
 
 /// The part of `all` items that belongs to a range of `n`.
 fn share(range: &Range<usize>, n: usize, all: usize) -> Range<usize> {
-    // Where addresses have 32 bits the products do not fit.
+    // The products do not fit where addresses have 32 bits.
     #[expect(clippy::cast_possible_truncation, reason = "at most `all`")]
     let part = |i: usize| (i as u64 * all as u64 / n as u64) as usize;
     part(range.start)..part(range.end)
 }
 
-/// Pairs whose boxes overlap, and that are looked up a little later: where a pair stands in the set of those that are known is far
-/// from where any other does, and is on its way from memory meanwhile.
+/// Ring buffer that delays the lookup of overlapping pairs. The set of known pairs is accessed at
+/// random, so each pair's entry is prefetched while it waits.
 #[derive(Default)]
 struct Queue {
-    /// Nothing: a row with itself.
+    /// Pairs in the ring; an empty entry is a row with itself.
     pairs: [(u32, u32); Self::LEN],
-    /// The oldest.
+    /// Index of the oldest entry.
     next: usize,
 }
 
 impl Queue {
     const LEN: usize = 16;
 
-    /// Adds a pair; gives the oldest.
+    /// Adds a pair; returns the oldest.
     fn turn(&mut self, pair: (u32, u32)) -> (u32, u32) {
         let oldest = core::mem::replace(&mut self.pairs[self.next], pair);
         self.next = (self.next + 1) % Self::LEN;
@@ -184,7 +188,7 @@ impl Queue {
     }
 }
 
-/// What the search for pairs reads.
+/// Inputs of the search for pairs.
 struct Finder<'a> {
     ctx: &'a StepContext,
     bodies: &'a Bodies,
@@ -200,7 +204,7 @@ impl Finder<'_> {
         let shape = self.shapes.at(row);
         for tree in trees {
             tree.query(&shape.fat, |other| {
-                // Of two that look for each other one is enough.
+                // If both rows search, one of them lists the pair.
                 let twice = other <= row && (other == row || self.looks.contains(other));
                 if !twice {
                     self.add((row, other), queue, out);
@@ -210,23 +214,23 @@ impl Finder<'_> {
         }
     }
 
-    /// Lists a pair of the moving tree, unless neither looks for pairs.
+    /// Lists a pair of the moving tree if either row searches for pairs.
     fn meet(&self, a: u32, b: u32, queue: &mut Queue, out: &mut Vec<u64>) {
         if self.looks.contains(a) || self.looks.contains(b) {
             self.add((a, b), queue, out);
         }
     }
 
-    /// Puts a pair whose boxes overlap into the queue, and looks at the one that leaves it.
+    /// Queues an overlapping pair, and checks the pair that leaves the queue.
     #[inline]
     fn add(&self, pair: (u32, u32), queue: &mut Queue, out: &mut Vec<u64>) {
         self.contacts.ask_for_pair(pair);
         self.list(queue.turn(pair), out);
     }
 
-    /// Lists a pair whose boxes overlap if it is new and may meet.
+    /// Lists an overlapping pair if it is new and may meet.
     fn list(&self, (a, b): (u32, u32), out: &mut Vec<u64>) {
-        // Most are known already, which the set tells by itself.
+        // Most pairs are known already, which the set tells without reading the shapes.
         if a == b || self.contacts.has_pair(a, b) {
             return;
         }
@@ -239,8 +243,8 @@ impl Finder<'_> {
         }
     }
 
-    /// True if two bodies, of which one flies and will look again in the next step, are farther from each
-    /// other than contacts are looked for in this one.
+    /// True for a pair with a flying body, which will be queried again in the next step, if the
+    /// bodies are farther apart than this step's speculative distance.
     fn pass(&self, a: &ShapeRow, b: &ShapeRow) -> bool {
         let bounces = a.material.restitution.max(b.material.restitution) > 0.0;
         let (a, b) = (self.bodies.at(a.body), self.bodies.at(b.body));
@@ -249,12 +253,12 @@ impl Finder<'_> {
             return false;
         }
         let most = a.extent + b.extent + speculative_margin(self.ctx, a, b, bounces);
-        // A thousandth: of rounding, and of the rest that a shape may stand out by.
+        // The factor covers rounding, and the remainder by which a shape may exceed its extent.
         (b.center - a.center).length() > 1.001 * most
     }
 }
 
-/// True if two shapes whose boxes overlap are to be watched.
+/// True if two shapes with overlapping boxes become a contact.
 pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
     // Two meshes, or a mesh and a half-space, never meet.
     if a.body == b.body
@@ -275,7 +279,7 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
     if bodies.are_strangers(a.body, b.body) {
         return false;
     }
-    // A joint is one of both.
+    // A joint is in the lists of both its bodies; search the shorter one.
     let swap = body_b.joints.len() < body_a.joints.len();
     let (body, other) = if swap { (body_b, a.body) } else { (body_a, b.body) };
     !body.joints.iter().any(|row| {
@@ -284,10 +288,10 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
     })
 }
 
-/// So many shapes ahead the one that looks is asked for.
+/// Prefetch distance, in shapes.
 const PREFETCH: usize = 8;
 
-/// Makes the contacts of some pairs.
+/// Makes the contacts of the new pairs.
 fn create_all(
     pairs: &[u64],
     new: &mut Vec<Newcomer>,
@@ -315,8 +319,9 @@ fn create_all(
     contacts.asked.extend(new.iter().filter(|n| n.asked).map(|n| n.row));
 }
 
-/// True for a new contact of bodies that are not active that is to be looked at all the same: a sensor sees what
-/// sleeps, and what sleeps wakes when something fixed is put into it. But what was added asleep sleeps on where it is.
+/// True for a new contact between inactive bodies that needs a test all the same: a sensor detects
+/// sleeping bodies, and placing a static shape in a sleeping body wakes it. A body that was added
+/// asleep stays asleep.
 fn is_asked(bodies: &Bodies, c: &Contact, is_fresh: impl Fn(u32) -> bool) -> bool {
     let (a, b) = (bodies.at(c.body_a), bodies.at(c.body_b));
     if a.active() || b.active() {
@@ -329,7 +334,8 @@ fn is_asked(bodies: &Bodies, c: &Contact, is_fresh: impl Fn(u32) -> bool) -> boo
     c.sensor || is_met(a, c.shape_a, b) || is_met(b, c.shape_b, a)
 }
 
-/// Meshes and half-spaces come first: their manifolds are computed from that side.
+/// Rank of a shape in a pair. Meshes and half-spaces come first, since their manifolds are computed
+/// from that side.
 pub(crate) const fn rank(shape: &ShapeRow) -> u8 {
     match shape.solid.core {
         Core::Mesh(_) => 0,
@@ -418,8 +424,8 @@ mod tests {
         }
     }
 
-    /// A room of 6 m with bodies of all speeds, up to 250 m/s, which hit each other and the walls and
-    /// become slow there.
+    /// A room of 6 m with bodies of all speeds, up to 250 m/s, which hit each other and the walls
+    /// and slow down there.
     fn room(random: &mut Random) -> World {
         let mut world = World::default();
         for side in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|n| [n, -n]) {

@@ -1,4 +1,4 @@
-//! Numbers of one step, worked out once.
+//! Constants of one step, computed once before its stages run.
 
 pub(crate) mod caps;
 pub(crate) mod load_inertia;
@@ -15,23 +15,27 @@ use crate::state::def::config::{PenaltyConfig, SleepConfig, WorldConfig};
 use crate::state::def::material::ContactSoftness;
 use crate::state::stillness::StillnessRule;
 
-/// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
-/// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
+/// Maximum push-out speed of an island that subdivides its substeps [m/s]. When subdivision begins,
+/// contacts get stiffer by the square of the number of parts. A stack of 30 boxes hopped with the
+/// world's 3 m/s, and with 0.05 m/s too.
 const REFINED_PUSH_SPEED: f32 = 0.01;
 
-/// What a contact gives under its load is at most this part of the half thickness of the thinner body, once it has settled. A spring
-/// gives as much under a thing of a millimeter as under one of a meter, and would press small and thin stacks together.
+/// Maximum depth of a settled contact under its load, as a part of the half thickness of the
+/// thinner body. A spring yields as far under a body of a millimeter as under one of a meter, and
+/// would press small and thin stacks together.
 pub(crate) const GIVES: f32 = 0.01;
 
-/// Frequency of what is swept, times the substep. Two soft rows on one body of which only a part κ of each correction lasts, as where a
-/// light body stands between a joint and a contact, shrink in a substep by κ (1 - w²) w (ζ + w/2), w = 2π f h: for any κ below
-/// 0.159 and only there (docs/derivations/joints.md). A tenth of w² is left for damping; what gives way does so by 1/w².
+/// Frequency of swept joints, times the substep. Take two soft rows on one body, of which only a
+/// part κ of each correction lasts, such as a light body between a joint and a contact. They shrink
+/// in a substep by κ (1 - w²) w (ζ + w/2), w = 2π f h: for any κ below 0.159 and only there
+/// (docs/derivations/joints.md). A tenth of w² is left for damping; compliance grows by 1/w².
 const SWEPT: f32 = 0.15;
 
-/// The same of trees, which are solved at once, and of what tumbles and touches nothing: they know no such limit.
+/// Frequency, times the substep, of joints in trees (solved at once) and of contact-free tumbling
+/// bodies. The limit of [`SWEPT`] does not apply to them.
 const DIRECT: f32 = 0.25;
 
-/// The frequency of joints [Hz], where it is no more than a part of that of substeps.
+/// Frequency of joints [Hz], clamped to `part` of the substep rate.
 fn joint_hertz(config: &WorldConfig, part: f32, inv_h: f32) -> f32 {
     let stiffest = part * inv_h.min(1.0 / SHORTEST);
     if config.joint.hertz > 0.0 { config.joint.hertz.min(stiffest) } else { stiffest }
@@ -47,12 +51,13 @@ pub(crate) struct StepContext {
     pub(crate) substeps: u32,
     /// Length of a typical body [m].
     pub(crate) length: f32,
-    /// Over that as a power of two: what [`Track`](crate::state::bodies::Track) counts a length as, which then is rounded alike.
+    /// Reciprocal of `length`, rounded to a power of two so that scaling a length is exact: the
+    /// unit of [`Track`](crate::state::bodies::Track).
     pub(crate) per_track: f32,
-    /// How fast errors close.
+    /// Caps on the speed at which errors close.
     pub(crate) caps: Caps,
     pub(crate) gravity: Vec3,
-    /// What gravity adds to a way in a step, and a tenth more [m].
+    /// Displacement by gravity in a step, plus a tenth [m].
     pub(crate) fall: f32,
     /// Speculative distance [m].
     pub(crate) margin: f32,
@@ -61,51 +66,58 @@ pub(crate) struct StepContext {
     pub(crate) restitution_speed: f32,
     pub(crate) hit_speed: f32,
     pub(crate) push_speed: f32,
-    /// A contact that is deeper by this than its load explains is parted [m], until it is so by no more than the second: of two dynamic
-    /// bodies, and with a static one.
+    /// The solver parts a contact that is deeper than its load explains by more than `deep` [m]. It
+    /// stops at a depth of `parted`: for two dynamic bodies, and for one with a static body.
     pub(crate) deep: f32,
     pub(crate) parted: [f32; 2],
-    /// A contact begins with no more than what gives its bodies this speed [m/s].
+    /// Maximum speed that warm starting a contact gives its bodies [m/s].
     pub(crate) warm_most: f32,
-    /// Of contacts, as configured; 0: as stiff as substeps bear [Hz].
+    /// Configured frequency of contacts [Hz]; 0: as stiff as the substeps allow.
     pub(crate) contact_hertz: f32,
-    /// Contacts give under a load: not those of the classic methods.
+    /// Contacts yield under a load; false for the classic methods.
     pub(crate) is_soft: bool,
-    /// Contacts of two dynamic bodies, and with static ones.
+    /// Softness of contacts of two dynamic bodies, and of those with static bodies.
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
-    /// Joints of trees that are solved directly, and which those are.
+    /// Softness of joints in trees that are solved directly, and the mass ratio that selects these
+    /// trees.
     pub(crate) soft_tree: Compliance,
-    /// [`Softness::hardness`] of drives and sprung limits in trees, at most; elsewhere it is that of `soft_joint`.
+    /// Maximum [`Softness::hardness`] of drives and sprung limits in trees; elsewhere the maximum
+    /// is that of `soft_joint`.
     pub(crate) hardest_in_trees: f32,
     pub(crate) tree_ratio: f32,
     pub(crate) inertia: LoadInertia,
-    /// Factor of the last step's impulses: substeps may have had another length.
+    /// Factor of the last step's impulses, for substeps of another length.
     pub(crate) impulse_scale: f32,
     /// Springs of the penalty methods.
     pub(crate) penalty: PenaltyConfig,
-    /// Parts in which it takes each of the world's substeps, 1 to 8.
+    /// Subdivision of each of the world's substeps, 1 to 8.
     pub(crate) parts: u32,
     pub(crate) fineness: Fineness,
-    /// Bodies freeze and wake one by one.
+    /// Bodies freeze and wake individually.
     pub(crate) wakes_alone: bool,
-    /// Sleep as configured, by the world's lengths, and only if the method has it.
+    /// Sleep configuration, scaled by the world's length; enabled only if the method supports
+    /// sleep.
     pub(crate) rest: SleepConfig,
-    /// How many times its `dt` is done, of islands that are solved anew in each of the world's substeps.
+    /// Number of rounds of length `dt`, for islands that are solved anew in each of the world's
+    /// substeps.
     pub(crate) rounds: u32,
     pub(crate) level: Level,
 }
 
-/// What a contact of two dynamic bodies would push out faster than this, it does not push but part [m/s]: the default of
-/// `contact.push_speed`, which is not reached at rest. With static ones contacts are stiffer, but the same depth is an error in both: what slides
-/// over a kink comes some millimeters deep before it is seen.
+/// A contact of two dynamic bodies is parted if it would push out faster than this [m/s]. It is the
+/// default of `contact.push_speed`, which is not reached at rest. Contacts with static bodies are
+/// stiffer, but the same depth is an error in both: a body that slides over a kink is some
+/// millimeters deep before the contact is found.
 const PART_SPEED: f32 = 0.25;
 
-/// And until it would push it out at this speed, which is what it leaves [m/s]: a sixteenth.
+/// Push-out speed at which parting ends, and to which the remaining depth corresponds [m/s]: a
+/// sixteenth of [`PART_SPEED`].
 const PARTED_SPEED: f32 = PART_SPEED / 16.0;
 
-/// A contact keeps the weight of so many of its bodies from step to step; gravity counts as at least this [m/s²].
+/// Maximum warm start of a contact, in weights of its bodies; gravity counts as at least
+/// [`LEAST_WEIGHT`] [m/s²].
 const WARM_WEIGHTS: f32 = 1000.0;
 
 const LEAST_WEIGHT: f32 = 9.81;
@@ -116,13 +128,13 @@ impl StepContext {
             if config.substeps == 0 { config.method.substeps() } else { config.substeps }.max(1);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let h = dt / substeps as f32;
-        // Before the first step there are the loads of what was put down.
+        // The first step warm-starts from the loads of bodies that were placed at rest.
         let scale = if last_h > 0.0 { (h / last_h).min(4.0) } else { 1.0 };
         let impulse_scale = if config.method.persists() { scale } else { 0.0 };
         Self::with(config, dt, [substeps, 1], impulse_scale, level)
     }
 
-    /// For islands that take every substep in parts, by their [`Fineness`].
+    /// Contexts of islands that subdivide every substep, one for each [`Fineness`].
     #[expect(clippy::cast_precision_loss, reason = "at most 256")]
     pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 4] {
         let in_parts = |parts: u32| {
@@ -131,20 +143,20 @@ impl StepContext {
         };
         let mut loaded = in_parts(config.inertia.refine);
         loaded.fineness = Fineness::Loaded;
-        // What had sunk into softer contacts is not thrown up.
+        // Bodies that had sunk into softer contacts must not be thrown up.
         loaded.push_speed = loaded.push_speed.min(REFINED_PUSH_SPEED * self.length);
-        // Nor is it an error.
+        // That depth is no error either.
         (loaded.deep, loaded.parted) = (self.deep, self.parted);
         let mut jointed = in_parts(config.joint.refine);
         jointed.fineness = Fineness::Jointed;
-        // Contacts give as before: joints alone get stiffer. (Stiffer ones, too, threw limbs that were caught out of their
-        // joints: docs/decisions/023-hits-on-joints.md.)
+        // Contacts stay as soft as before; only joints get stiffer. (Stiffer contacts also threw
+        // caught limbs out of their joints: docs/decisions/023-hits-on-joints.md.)
         [jointed.soft, jointed.soft_fixed] = contact_springs(config, self.inv_h, jointed.h);
         let struck = Self { fineness: Fineness::Struck, ..jointed };
         let (rounds, dt) = (self.substeps, self.dt / self.substeps as f32);
         let parts = jointed.parts;
         let tumbling = Self::with(config, dt, [1, parts], self.impulse_scale, self.level);
-        // Nothing touches these: no contact takes back what a joint does.
+        // These bodies touch nothing, so no contact undoes a joint's correction.
         let hertz = joint_hertz(config, DIRECT, tumbling.inv_h);
         let soft_joint = Softness::new(hertz, config.joint.damping_ratio, tumbling.h);
         let tumbling = Self { fineness: Fineness::Tumbling, rounds, soft_joint, ..tumbling };
@@ -162,20 +174,20 @@ impl StepContext {
         StillnessRule { gravity, length, speed: self.rest.speed, time: self.rest.time, dt }
     }
 
-    /// A contact with a softness of its own.
+    /// Softness of a contact with its own frequency and damping.
     pub(crate) fn soft_contact(&self, softness: &ContactSoftness) -> Softness {
         let hertz = contact_hertz(softness.hertz, self.inv_h);
         Softness::new(hertz, softness.damping_ratio, self.h)
     }
 
-    /// How deep a contact of these bodies is under its load at most, once it has settled [m].
+    /// Maximum depth of a settled contact of these bodies under its load [m].
     pub(crate) fn most_give(&self, [a, b]: [&Body; 2]) -> f32 {
         let thick = |body: &Body| if body.is_dynamic() { body.inner } else { f32::MAX };
         GIVES * thick(a).min(thick(b))
     }
 
-    /// How much more contacts of two dynamic bodies gave under an acceleration in substeps of `h` [s] than in those of this step: the
-    /// difference of 1/ω² [s²]. 0 where the lengths are the same.
+    /// Additional compliance of contacts of two dynamic bodies in substeps of `h` [s], compared
+    /// with this step's: the difference of 1/ω² [s²]. 0 for equal lengths.
     pub(crate) fn gave_more(&self, h: f32) -> f32 {
         let is_same = (h - self.h).abs() <= 1.0e-4 * self.h;
         if is_same || !(h > 0.0) || !self.is_soft {
@@ -188,14 +200,14 @@ impl StepContext {
         1.0 / square(1.0 / h) - 1.0 / square(self.inv_h)
     }
 
-    /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
-    /// an island takes it in.
+    /// Factor of stored impulses: they refer to the world's substep, however finely an island
+    /// subdivides it.
     #[expect(clippy::cast_precision_loss, reason = "at most 8")]
     pub(crate) const fn store_scale(&self) -> f32 {
         self.parts as f32
     }
 
-    /// The whole step [s], of islands that are solved in rounds too.
+    /// Length of the whole step [s], also for islands that are solved in rounds.
     #[expect(clippy::cast_precision_loss, reason = "at most 256")]
     pub(crate) const fn step(&self) -> f32 {
         self.dt * self.rounds as f32
@@ -267,12 +279,13 @@ impl StepContext {
     }
 }
 
-/// The greatest power of two that is no more than a number above 0.
+/// The greatest power of two that does not exceed a number above 0.
 const fn power_below(x: f32) -> f32 {
     f32::from_bits(x.to_bits() & 0x7f80_0000)
 }
 
-/// Contacts of two dynamic bodies, and with static ones, as stiff as substeps of a rate [1/s] bear, for those of `h` [s].
+/// Softness of contacts of two dynamic bodies and of contacts with static ones. The stiffness
+/// follows from the substep rate [1/s]; it is discretized for substeps of `h` [s].
 fn contact_springs(config: &WorldConfig, rate: f32, h: f32) -> [Softness; 2] {
     let c = &config.contact;
     let hertz = contact_hertz(c.hertz, rate);
@@ -280,7 +293,8 @@ fn contact_springs(config: &WorldConfig, rate: f32, h: f32) -> [Softness; 2] {
     [Softness::new(hertz, c.damping_ratio, h), fixed]
 }
 
-/// Frequency of contacts of two dynamic bodies [Hz] that are to have `wanted`, for substeps of a rate [1/s].
+/// Frequency [Hz] of contacts of two dynamic bodies: `wanted`, clamped for substeps of a rate
+/// [1/s].
 fn contact_hertz(wanted: f32, rate: f32) -> f32 {
     // The stiffest contact that stays stable is tied to the substep: f h <= 0.11 to 0.125
     // (docs/derivations/soft-step.md).

@@ -1,7 +1,9 @@
-//! The stage `finalize`: lines become poses; bounds, sleep timers and faults follow.
+//! The stage `finalize`: turns solver bodies into poses, then updates bounds, sleep timers and
+//! faults.
 //!
-//! Reads: solver lines. Writes: bodies (pose, velocity, timers, ways), shapes and bounds (boxes). Runs:
-//! parallel over awake bodies; the tree is refitted in parallel when much has moved.
+//! Reads: solver bodies. Writes: bodies (pose, velocity, timers, path lengths), shapes and bounds
+//! (boxes). Runs: in parallel over awake bodies; the tree is refitted in parallel when many bodies
+//! have moved.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use fearless_simd::{Simd, dispatch};
@@ -27,10 +29,10 @@ use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::state::stillness::{Stillness, StillnessRule};
 
-/// What was found out about some bodies, in their order.
+/// Findings about some bodies, in the order of the bodies.
 #[derive(Clone, Debug, Default)]
 struct Found {
-    /// Shapes that left their boxes in the tree, and those that they have now.
+    /// Shapes that left their boxes in the tree, with their new boxes.
     escaped: Vec<(u32, Aabb)>,
     /// Bodies that moved far for their size.
     fast: Vec<Flight>,
@@ -54,12 +56,12 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// In the order of the awake bodies.
+    /// Findings, in the order of the awake bodies.
     pub(crate) fn notes(&self) -> impl Iterator<Item = Note> {
         self.found.iter().flat_map(|found| &found.notes).copied()
     }
 
-    /// Bodies that moved far, in the same order, part by part.
+    /// Bodies that moved far, in the same order, chunk by chunk.
     pub(crate) fn flights(&self) -> impl Iterator<Item = &[Flight]> {
         self.found.iter().map(|found| found.fast.as_slice())
     }
@@ -82,7 +84,7 @@ pub(crate) fn advance_poses(
     let apart = unsafe { Apart::promise() };
     let (tracks, stillness) = (Rows::new(tracks, apart), Rows::new(stillness, apart));
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
-    // Fewer bodies are as much work, if they have many shapes.
+    // Bodies with many shapes are more work, so a chunk has fewer of them.
     let each = table.len() / rows.len().max(1);
     let (bodies, table) = (Rows::new(rows, apart), Rows::new(table, apart));
     let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 8));
@@ -107,7 +109,7 @@ pub(crate) fn advance_poses(
                 body.room -= moved;
                 let way = &mut tracks.row(*row as usize).way;
                 *way = way.wrapping_add(Track::at_least(moved * ctx.per_track));
-                // Most bodies that rest or creep have room for more, without a look at their shapes.
+                // Most bodies at rest or creeping have enough room; their shapes need not be read.
                 let flew = body.flies;
                 let mut in_boxes = true;
                 if flew || !(body.room > reach_of_all(body, ctx)) {
@@ -145,28 +147,30 @@ pub(crate) fn advance_poses(
     }
 }
 
-/// True if it may have passed something: its center moved farther than half its inner size, or its ends turned farther than
-/// all of it. (What is as thick as it is long turns in its place.)
+/// True if the body may have passed something: its center moved farther than half its inner size,
+/// or its ends turned farther than all of it. (A body that is as thick as it is long turns in its
+/// place.)
 fn goes_far(body: &Body, center: Vec3, moved: f32) -> bool {
     let strides = (body.center - center).length();
     strides > 0.5 * body.inner || (moved - strides > body.inner && body.extent > ROUND * body.inner)
 }
 
-/// A body that reaches no farther than this part of its inner size is as good as a ball: the corners of a cube reach √3.
+/// A body that reaches no farther than this part of its inner size counts as a ball: the corners of
+/// a cube reach √3.
 const ROUND: f32 = 1.8;
 
-/// No point of the body moved farther in this step [m].
+/// Upper bound on the displacement of any point of the body in this step [m].
 pub(super) fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     let (q, p) = (body.rotation, rotation);
     let d = [q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w];
     let chord = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt();
-    // The chord of two unit quaternions is 2 sin(angle/4), and asin(x) <= 1.05 x up to 1/2: beyond, the
-    // room of any body is spent.
+    // The chord of two unit quaternions is 2 sin(angle/4), and asin(x) <= 1.05 x up to 1/2: beyond,
+    // the room of any body is spent.
     (body.center - center).length() + 2.1 * chord * body.extent
 }
 
-/// Sees to it that the shapes of a body fit into their boxes, and works out how much room all of them have. False if one
-/// has left the box that it had.
+/// Fits the boxes of a body's shapes to its pose, and computes how much room all of them have.
+/// False if a shape has left its box.
 #[inline(always)]
 fn fit_all<S: Simd>(
     simd: S,
@@ -185,7 +189,8 @@ fn fit_all<S: Simd>(
         let need = Need::of(simd, shape, (body, turn), ctx);
         let (tight, fits) = (need.tight, need.fits());
         in_boxes &= shape.fat.contains(&tight);
-        // It may leave its box in this step or the next, or that was one for a step only.
+        // The shape may leave its box in this step or the next, or the box was valid for one step
+        // only.
         if flew || !shape.fat.contains(&fits) {
             shape.fat = need.with_room(&fits, body, ctx);
             escaped.push((*row, shape.fat));
@@ -197,14 +202,14 @@ fn fit_all<S: Simd>(
     in_boxes
 }
 
-/// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
+/// Bodies moved before their boxes are fitted: enough to turn free bodies eight at a time.
 const FLOCK: usize = 64;
 
-/// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if they will be.
+/// Prefetch distance for shapes, in bodies.
 const PREFETCH: usize = 4;
 
-/// Asks for the first two shapes of a body that flies or may have used up its room, which may all get other boxes: what of them is
-/// read for that.
+/// Prefetches the first two shapes of a body that flies or may have used up its room, and whose
+/// shapes may need other boxes.
 #[inline(always)]
 fn ask_for_shapes(
     ctx: &StepContext,
@@ -221,7 +226,7 @@ fn ask_for_shapes(
     }
 }
 
-/// Moves bodies; gives where their centers were and how they stood.
+/// Moves bodies; returns the centers and rotations from before.
 fn advance(
     ctx: &StepContext,
     flock: &[u32],
@@ -241,7 +246,7 @@ fn advance(
     before
 }
 
-/// Moves a body; true if its free rotation is still to be done.
+/// Moves a body; true if its free rotation remains to be computed.
 fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &Solved) -> bool {
     let line = lines.line_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {
@@ -266,7 +271,7 @@ fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &Solved) -> bo
     false
 }
 
-/// Looks at where a body came to; false if its state became non-finite.
+/// Checks the new state of a body and updates its timers; false if its state became non-finite.
 #[inline(always)]
 fn arrive(
     body: &mut Body,
@@ -276,7 +281,8 @@ fn arrive(
 ) -> bool {
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;
-    // Beyond these no box, distance or product is meaningful in f32; they are as good as infinite. Of NaN all are false.
+    // Beyond these limits no box, distance or product is meaningful in f32, so such values count as
+    // infinite. All comparisons are false for NaN.
     let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
     let is_kept = body.center.is_below(far) && body.v.is_below(fast) && body.w.is_below(fast);
     if !(is_kept && body.rotation.is_finite()) {
@@ -322,8 +328,8 @@ mod tests {
     fn the_parts_of_a_long_body_that_turns_stay_in_their_boxes_for_two_steps() {
         let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
         let mut world = World::new(config).unwrap();
-        // 16 m long: the tips move 16 m/s or 0.27 m a step. In two steps they come 4 m/s · 8 m · (2/60 s)²/2 = 18 mm off the
-        // straight way that their boxes follow, and have 0.1 m room.
+        // 16 m long: the tips move 16 m/s or 0.27 m a step. In two steps they come 4 m/s · 8 m ·
+        // (2/60 s)²/2 = 18 mm off the straight path that their boxes follow, and have 0.1 m room.
         let mut body = BodyDef::dynamic().with_angular_velocity(vec3(0.0, 0.0, 2.0));
         for i in 0..16_u8 {
             let at = vec3(0.0, f32::from(i) - 7.5, 0.0);

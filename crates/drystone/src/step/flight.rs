@@ -1,4 +1,5 @@
-//! Free flight: bodies that no contact and no joint holds.
+//! Free flight: motion of bodies without contacts and joints, as a parabola and an exact free
+//! rotation.
 
 use fearless_simd::dispatch;
 
@@ -12,8 +13,8 @@ use crate::base::simd::wide::LANES;
 use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::{Body, Fineness};
 
-/// Bodies that are to be turned freely, in two lists: those of two equal moments turn in one part, which a
-/// neighbor that takes eight would make as slow as itself.
+/// Bodies that wait for their free rotation, in two lists. Bodies with two equal moments need one
+/// part only; in lanes with a neighbor that needs eight they would be as slow as that.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Spins {
     rows: [[u32; LANES]; 2],
@@ -21,7 +22,7 @@ pub(crate) struct Spins {
 }
 
 impl Spins {
-    /// Enters a body, and turns eight when there are that many.
+    /// Adds a body, and rotates eight when the list is full.
     pub(crate) fn add(
         &mut self,
         ctx: &StepContext,
@@ -38,7 +39,7 @@ impl Spins {
         }
     }
 
-    /// Turns those that are left.
+    /// Rotates the remaining bodies.
     pub(crate) fn finish(&mut self, ctx: &StepContext, bodies: &Rows<'_, Option<Body>>) {
         for list in 0..2 {
             self.turn(ctx, list, bodies);
@@ -53,7 +54,7 @@ impl Spins {
         let rows = &self.rows[list][..count];
         let mut tops = Tops::default();
         for lane in 0..LANES {
-            // Idle lanes do what the first one does.
+            // Idle lanes repeat the first body.
             let row = rows.get(lane).or(rows.first());
             if let Some(body) = row.and_then(|row| bodies.read(*row as usize).as_ref()) {
                 let w = DVec3::from(body.w) + DVec3::from(body.w_rest);
@@ -70,8 +71,8 @@ impl Spins {
     }
 }
 
-/// A body that nothing touches: its parabola exactly; true if its free rotation is still to be done, by
-/// [`Spins`].
+/// Moves a body that nothing touches along its exact parabola. True if its free rotation remains to
+/// be computed by [`Spins`].
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
     (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
     let acc = acceleration(ctx, body);
@@ -125,7 +126,8 @@ mod tests {
     use crate::step::gyration::rotate_freely;
     use crate::world::World;
 
-    /// Boxes of all orders of sides, some of two equal ones, that turn slowly, fast, or about one axis.
+    /// Boxes with all orders of sides, some with two equal ones, that turn slowly, fast, or about
+    /// one axis.
     fn spinning() -> Vec<Option<Body>> {
         let mut world = World::default();
         let mut random = Random::new(7);
@@ -145,7 +147,7 @@ mod tests {
                 .with_shape(ShapeDef::box_half(half));
             world.add_body(body).unwrap();
         }
-        // Some steps later they stand askew, and rounding has left something.
+        // Some steps later they are tilted, and `w_rest` holds a rounding remainder.
         for _ in 0..10 {
             world.step(1.0 / 60.0);
         }

@@ -1,15 +1,16 @@
 //! Free rotation of rigid bodies: one, and eight at a time.
 //!
-//! Twice the energy is a |l|² + (b - a) l_b² + (c - a) l_c², where a is the middle one of the inverse moments:
-//! the first term turns the body about its momentum, which commutes with all and is done at once; the others
-//! are turns about two principal axes, put together b(h/2) c(h) b(h/2) [Dullweber97] [Touma94]. Each is
-//! orthogonal, so the momentum is kept; their angles are differences of rates, so a body of two equal moments
-//! turns exactly, in one part. In double precision: rounding of `f32` at every step would let the momentum
-//! wander by 1e-5 in seconds.
+//! Twice the energy is a |l|² + (b - a) l_b² + (c - a) l_c², where a is the middle one of the
+//! inverse moments. The first term turns the body about its momentum; it commutes with the others
+//! and is applied at once. The others are turns about two principal axes, composed as b(h/2) c(h)
+//! b(h/2) [Dullweber97] [Touma94]. Each factor is orthogonal, so the momentum is conserved. The
+//! angles are differences of rates, so a body with two equal moments turns exactly, in one part.
+//! All of it is in double precision: rounding to `f32` at every step would let the momentum wander
+//! by 1e-5 in seconds.
 //!
-//! What flies is turned by [`Spins`], eight bodies at a time, lane by lane with the bits of [`rotate_freely`]:
-//! the same operations in the same order, and a lane that needs fewer parts or doublings than its neighbors
-//! keeps what it has. So it does not show which bodies were turned together.
+//! [`Spins`] rotates free bodies eight at a time. Each lane has the same bits as [`rotate_freely`]:
+//! the operations and their order are the same, and a lane that needs fewer parts or doublings than
+//! its neighbors keeps its value. So the result does not depend on which bodies share a group.
 
 pub(crate) mod lanes;
 
@@ -18,18 +19,19 @@ use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::Body;
 
-/// The largest turn of one symplectic rotation step [rad]. The error of Strang splitting in a step is
+/// Maximum turn of one symplectic rotation step [rad]. The error of Strang splitting in a step is
 /// at most about a twelfth of its cube, 7e-7 rad here, and its period is off by the square.
 const LARGEST_TURN: f64 = 0.02;
 
-/// The same for what turns by several radians in a step, with more parts: the energy comes and goes by
-/// about a 24th of its square, 0.4 %. With the substeps alone it came and went by twice itself at 3,000 rad/s.
+/// Maximum turn of one rotation step for bodies that turn by several radians in a step, which take
+/// more parts [rad]. The energy oscillates by about a 24th of its square, 0.4 %. With the substeps
+/// alone it oscillated by twice itself at 3,000 rad/s.
 const COARSE_TURN: f64 = 0.3;
 
 const MOST_PARTS: u32 = 256;
 
-/// How many parts of a step a free rotation takes by two turns of these sizes [rad]: as many as the
-/// substeps for a fast one. What they do not commute by is a product of three angles.
+/// Number of parts that a free rotation by two turns of these sizes [rad] takes in a step: as many
+/// as the substeps for a fast one. The commutator error is a product of three angles.
 fn turning_parts(substeps: u32, a: f64, b: f64) -> u32 {
     let product = a * b * (a + b);
     let mut parts = 1;
@@ -48,7 +50,7 @@ fn turning_parts(substeps: u32, a: f64, b: f64) -> u32 {
     parts
 }
 
-/// Free rotation of one body in the time `dt`.
+/// Free rotation of one body over the time `dt`.
 pub(crate) fn rotate_freely(spin: &Spin, w: DVec3, dt: f32, substeps: u32) -> Turned {
     if w == DVec3::ZERO {
         return Turned { rotation: spin.rotation, w: Vec3::ZERO, w_rest: Vec3::ZERO };
@@ -65,7 +67,7 @@ pub(crate) fn rotate_freely(spin: &Spin, w: DVec3, dt: f32, substeps: u32) -> Tu
     let [b, a, c] = order.apply(inverse, 1.0);
     let rates = [dt * (b - a), dt * (c - a)];
     let parts = turning_parts(substeps, (size * rates[0]).abs(), (size * rates[1]).abs());
-    // Half an angle in a part for each unit of momentum.
+    // Half the angle of a part, per unit of momentum.
     let [b, c] = [0.5 * rates[0] / f64::from(parts), 0.5 * rates[1] / f64::from(parts)];
     let [x, y, z] = order.apply(q.v, order.sign);
     let mut top = Top { q: [x, y, z, q.w], l: order.apply(l, order.sign) };
@@ -78,14 +80,15 @@ pub(crate) fn rotate_freely(spin: &Spin, w: DVec3, dt: f32, substeps: u32) -> Tu
     let about = DQuat { v: momentum * (sine / size), w: cosine };
     let [x, y, z, scalar] = top.q;
     let q = about.times(DQuat { v: order.undo([x, y, z], order.sign), w: scalar }).normalized();
-    // The world's momentum is that of the step's start: rounding cannot spin a body up or down.
+    // The momentum in the world frame is that of the step's start: rounding cannot spin a body up
+    // or down.
     let l = q.unrotate(momentum);
     let local = DVec3 { x: l.x * inverse.x, y: l.y * inverse.y, z: l.z * inverse.z };
     let rotation = q.times(DQuat { v: -principal.v, w: principal.w }).normalized();
     Turned::rounded(rotation.single(), spin.principal, local)
 }
 
-/// What turns freely: an orientation, and the principal axes [body] and moments [kg m²] that it turns by.
+/// A freely turning body: its orientation, and its principal axes [body] and moments [kg m²].
 pub(crate) struct Spin {
     pub(crate) rotation: Quat,
     pub(crate) principal: Quat,
@@ -98,7 +101,7 @@ impl Spin {
     }
 }
 
-/// What free rotation makes of it.
+/// Result of a free rotation.
 pub(crate) struct Turned {
     pub(crate) rotation: Quat,
     pub(crate) w: Vec3,
@@ -106,10 +109,11 @@ pub(crate) struct Turned {
 }
 
 impl Turned {
-    /// Angular velocity with this part along the principal axes, and what its rounding leaves: what the body
-    /// turns with in its own axes stays exact, rounding of the orientation too. Near the middle axis a body
-    /// is on its way between two flips for as long as its energy is near that of a turn about this axis, and by
-    /// rounding to `f32` alone it was 0.2 s late after 20 s.
+    /// Angular velocity with the part `local` along the principal axes, and its rounding remainder.
+    /// So the angular velocity in the body frame stays exact, including the rounding of the
+    /// orientation. Near the middle axis a body stays between two flips for as long as its energy
+    /// is near that of a turn about this axis; by rounding to `f32` alone it was 0.2 s late after
+    /// 20 s.
     fn rounded(rotation: Quat, principal: Quat, local: DVec3) -> Self {
         let q = DQuat::widened(rotation).times(DQuat::widened(principal)).normalized();
         let exact = q.rotate(local);
@@ -118,8 +122,8 @@ impl Turned {
     }
 }
 
-/// The axes in rising order of a number; `sign` is -1 where that order is left-handed: a rotation's
-/// axis and a momentum then change their sign with it.
+/// The axes in rising order of a number. `sign` is -1 where that order is left-handed: the axis of
+/// a rotation and a momentum then change sign.
 #[derive(Clone, Copy)]
 struct Order {
     axes: [usize; 3],
@@ -155,12 +159,12 @@ impl Order {
     }
 }
 
-/// Two numbers, not both small, in proportion to sine and cosine of `x`: of small angles by the
-/// continued fraction of the tangent, 1.3e-8 off at most, of others by doubling.
+/// Two numbers, not both small, in proportion to sine and cosine of `x`. Small angles use the
+/// continued fraction of the tangent, at most 1.3e-8 off; larger ones use doubling.
 #[inline(always)]
 fn half_turn(x: f64) -> (f64, f64) {
     let (mut part, mut doublings) = (x, 0);
-    // Nothing turns by a million radians in a step in earnest.
+    // No real body turns by a million radians in a step.
     while part.abs() > 0.25 && doublings < 24 {
         part *= 0.5;
         doublings += 1;
@@ -184,8 +188,8 @@ struct Top {
 }
 
 impl Top {
-    /// A turn about axis `i` by twice `rate` times the momentum about it; the quaternion's length is
-    /// left for later. `[i, j, k]` are the axes in cyclic order.
+    /// Turns about axis `i` by twice `rate` times the momentum about it; does not normalize the
+    /// quaternion. `[i, j, k]` are the axes in cyclic order.
     #[inline(always)]
     fn turn(&mut self, [i, j, k]: [usize; 3], rate: f64) {
         let (q, l) = (&mut self.q, &mut self.l);

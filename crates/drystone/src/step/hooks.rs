@@ -1,4 +1,4 @@
-//! A user's say in contacts, while narrowphase makes them.
+//! Hooks: user callbacks that may change or drop contacts while the narrowphase makes them.
 
 use core::any::Any;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -14,15 +14,17 @@ use crate::state::bodies::Body;
 use crate::state::def::material::ContactSoftness;
 use crate::state::shapes::ShapeRow;
 
-/// A user's say in contacts: see [`World::step_with`](crate::World::step_with).
+/// User callbacks on contacts: see [`World::step_with`](crate::World::step_with).
 pub trait ContactHooks: Sync {
-    /// Is asked in each step for each contact of a pair of which a shape [has hooks](crate::ShapeDef::with_hooks), before it is
-    /// solved. It may drop it, or change its friction, restitution and softness; that lasts for the step. A pair with a mesh has
-    /// several contacts. It is asked again for a pair of which one body is so fast that it would pass the other within the step:
-    /// see [`HookedContact::is_sweep`].
+    /// Called in each step for each contact of a pair with a shape that [has
+    /// hooks](crate::ShapeDef::with_hooks), before the contact is solved. The callback may drop the
+    /// contact, or change its friction, restitution and softness, for this step only. A pair with a
+    /// mesh has several contacts. The callback runs again for a pair of which one body is so fast
+    /// that it would pass the other within the step: see [`HookedContact::is_sweep`].
     ///
-    /// Contacts are asked for by several threads at once, in no order. The step gives the same bits for any number of threads
-    /// if the answer depends on nothing but the contact and what does not change in the step.
+    /// Several threads call it at once, in no order. The step gives the same bits for any number of
+    /// threads if the answer depends only on the contact and on data that does not change in the
+    /// step.
     fn contact(&self, contact: &mut HookedContact<'_>);
 }
 
@@ -40,7 +42,7 @@ pub struct HookedContact<'a> {
     pub(super) dropped: bool,
 }
 
-/// How a body moves: center of mass [m], velocities [m/s, rad/s], all of the world.
+/// Motion of a body: center of mass [m], velocities [m/s, rad/s], all in the world frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     pub(super) center: Vec3,
@@ -54,7 +56,7 @@ impl Motion {
     }
 }
 
-/// What hooks may change of a contact.
+/// Properties of a contact that hooks may change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
     pub(super) friction: f32,
@@ -99,19 +101,19 @@ impl HookedContact<'_> {
         self.shapes[1].user_data
     }
 
-    /// Unit, from A to B [world].
+    /// Normal, a unit vector from A to B [world].
     #[must_use]
     pub fn normal(&self) -> Vec3 {
         self.pose_a.direction(self.manifold.normal)
     }
 
-    /// Its points, 1 to 4: where [m, world], and how far the surfaces are apart along the normal [m]; negative: overlap.
-    /// Points that the bodies may come to in the step are among them.
+    /// The contact's points, 1 to 4: position [m, world] and separation along the normal [m];
+    /// negative: overlap. They include speculative points, which the bodies may reach in the step.
     pub fn points(&self) -> impl Iterator<Item = (Vec3, f32)> + '_ {
         self.manifold.points().iter().map(|p| (self.pose_a.point(p.position), p.separation))
     }
 
-    /// Velocity of B against A at a point [m/s, m, world].
+    /// Velocity of B relative to A at a point [m/s, m, world].
     #[must_use]
     pub fn velocity_at(&self, point: impl Into<Vec3>) -> Vec3 {
         let point = point.into();
@@ -125,15 +127,17 @@ impl HookedContact<'_> {
         self.touched
     }
 
-    /// True if a body is so fast that it would pass the other one in this step, or end deep in it, and this asks whether it is
-    /// stopped where they meet. Points and normal are of there, velocities of the end of the step, and only
-    /// [`drop_contact`](Self::drop_contact) counts. A pair may be asked so several times in a step.
+    /// True if a body is so fast that it would pass the other one in this step, or end deep in it.
+    /// The answer decides whether it is stopped at the impact. Points and normal are those of the
+    /// impact, velocities those of the end of the step, and only
+    /// [`drop_contact`](Self::drop_contact) has an effect. A pair may get several such calls in a
+    /// step.
     #[must_use]
     pub const fn is_sweep(&self) -> bool {
         self.is_sweep
     }
 
-    /// Coulomb friction coefficient of what sticks.
+    /// Coulomb friction coefficient of sticking contacts.
     #[must_use]
     pub const fn friction(&self) -> f32 {
         self.surface.friction
@@ -145,30 +149,32 @@ impl HookedContact<'_> {
         self.surface.restitution
     }
 
-    /// How it gives; `None`: as the world's contacts do.
+    /// Softness of the contact; `None`: that of the world's contacts.
     #[must_use]
     pub const fn softness(&self) -> Option<ContactSoftness> {
         self.surface.softness
     }
 
-    /// Gives it another friction coefficient for this step, from 0 to 1e6; what is below counts as 0, what is above as 1e6, and
-    /// NaN changes nothing. What slides has the same part of it as before.
+    /// Sets the friction coefficient for this step, from 0 to 1e6. Smaller values count as 0,
+    /// larger ones as 1e6, and NaN changes nothing. Sliding friction keeps its ratio to this
+    /// coefficient.
     pub const fn set_friction(&mut self, friction: f32) {
         if !friction.is_nan() {
             self.surface.friction = friction.clamp(0.0, limits::FRICTION.most);
         }
     }
 
-    /// Gives it another restitution for this step, from 0 to 1; what is below counts as 0, what is above as 1, and NaN changes
-    /// nothing. A pair bounces in the step in which it meets, so the answer is to be the same from the first point on.
+    /// Sets the coefficient of restitution for this step, from 0 to 1. Smaller values count as 0,
+    /// larger ones as 1, and NaN changes nothing. A pair bounces in the step in which it meets, so
+    /// give the same answer from the first point on.
     pub const fn set_restitution(&mut self, restitution: f32) {
         if !restitution.is_nan() {
             self.surface.restitution = restitution.clamp(0.0, limits::RESTITUTION.most);
         }
     }
 
-    /// Lets it give as a spring for this step, or as the world's contacts do. What is out of range counts as the nearest that is
-    /// in it, and NaN changes nothing.
+    /// Sets the softness for this step, or with `None` that of the world's contacts. Values out of
+    /// range are clamped, and NaN changes nothing.
     pub const fn set_softness(&mut self, softness: Option<ContactSoftness>) {
         let Some(ContactSoftness { hertz, damping_ratio }) = softness else {
             self.surface.softness = None;
@@ -183,13 +189,14 @@ impl HookedContact<'_> {
         self.surface.softness = Some(ContactSoftness { hertz, damping_ratio });
     }
 
-    /// Lets the shapes pass each other here, in this step.
+    /// Lets the shapes pass each other at this contact, in this step.
     pub const fn drop_contact(&mut self) {
         self.dropped = true;
     }
 }
 
-/// The hooks of a step. What they panic with goes on when the step is done; they are not asked again in it.
+/// The hooks of a step. A panic of a hook is resumed after the step; no hook is called after it in
+/// that step.
 pub(crate) struct Hooks<'h> {
     hooks: &'h dyn ContactHooks,
     is_broken: AtomicBool,
@@ -207,7 +214,7 @@ impl<'h> Hooks<'h> {
         Self { hooks, is_broken: AtomicBool::new(false), panic: Mutex::new(None) }
     }
 
-    /// What the hooks panicked with.
+    /// Payload of the first panic of a hook.
     pub(crate) fn into_panic(self) -> Option<Box<dyn Any + Send>> {
         self.panic.into_inner().unwrap_or_else(PoisonError::into_inner)
     }

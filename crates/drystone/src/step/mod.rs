@@ -41,7 +41,7 @@ pub enum Stage {
     Narrowphase,
     /// Islands and colors.
     Partition,
-    /// What particles meet, and free ones.
+    /// Contacts of particles, and the motion of free particles.
     Particles,
     /// Velocities and impulses.
     Solver,
@@ -90,7 +90,8 @@ impl Stage {
     }
 }
 
-/// Memory of the stages, kept from step to step. Nothing in it outlives a step in meaning.
+/// Memory of the stages, kept from step to step for its capacity. No result depends on its
+/// contents.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     broadphase: broadphase::Scratch,
@@ -105,11 +106,12 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// Is that of tables which are a copy of those that `from` is of: what it knows of other ones is forgotten.
+    /// Prepares this scratch for `copy`, a copy of the tables that `from` belongs to. Everything
+    /// stored about other tables is discarded.
     pub(crate) fn start_from(&mut self, from: &Self, copy: &mut Tables) {
         self.solver.start_from(&from.solver);
         self.particles.start_from(&from.particles, &mut copy.bodies);
-        // The plan of the solver is to be made anew.
+        // The solver must make its plan anew.
         copy.colors.bodies_changed = true;
     }
 
@@ -118,19 +120,20 @@ impl Scratch {
         self.solver.sweeps()
     }
 
-    /// What the contacts gave in the last step that landed or are asked for.
+    /// Impulses of the last step's contacts that landed, or whose forces are reported.
     pub(crate) fn given(&self) -> impl Iterator<Item = solver::totals_rows::ContactTotals> {
         self.solver.given()
     }
 
-    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
-    /// too many for it.
+    /// Relative residual of the contacts in the last step (analytic method), and whether there were
+    /// too many contacts for that method.
     pub(crate) fn residual(&self) -> (f64, bool) {
         self.solver.residual()
     }
 }
 
-/// The step: ten stages, of which the last one, breakage, is [`World`](crate::World)'s. Calls `after` when a stage is done.
+/// Runs one step. [`World`](crate::World) runs the tenth stage, breakage, itself. Calls `after` at
+/// the end of each stage.
 pub(crate) fn step(
     ctx: &StepContext,
     tables: &mut Tables,

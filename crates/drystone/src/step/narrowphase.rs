@@ -1,9 +1,10 @@
-//! The stage `narrowphase`: awake contacts get their manifolds; those that gained or lost points are listed.
+//! The stage `narrowphase`: computes the manifolds of awake contacts, and lists contacts that
+//! gained or lost points.
 //!
-//! Reads: bodies, shapes. Writes: contacts (manifolds). Runs: parallel over awake contacts, each
-//! writing its own row (the first part of a mesh pair those of all parts); then over what may be a ghost of
-//! a seam. Invariants: the list of changes is in the order of the awake list, however many workers there are;
-//! what ghosts lose comes after.
+//! Reads: bodies, shapes. Writes: contacts (manifolds). Runs: in parallel over awake contacts, each
+//! writing its own row (the first manifold of a mesh pair those of all its manifolds); then over
+//! contacts that may be ghosts of a seam. Invariants: the list of changes is in the order of the
+//! awake list, for any number of workers; the points that ghosts lose are listed after it.
 //! References: [Gregorius13].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
@@ -59,7 +60,8 @@ pub(crate) fn update_manifolds(
         look_ahead(ctx, bodies, jobs);
     }
     let known = &*bodies;
-    // SAFETY: each watch is of one range, and is alone with its contact and the further parts of that.
+    // SAFETY: each watch is in one range, and only its range takes its contact and the contact's
+    // further manifolds.
     let apart = unsafe { Apart::promise() };
     contacts.begin_hooks(hooks.is_some());
     let Lent { slots, watches, probes, softened } = contacts.watched_mut(apart);
@@ -68,7 +70,7 @@ pub(crate) fn update_manifolds(
     let least = fine_grain(jobs, count, 16);
     let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
     let softened = Rows::new(softened, apart);
-    // While some shapes have hit speeds of their own any may count.
+    // If some shapes have hit speeds of their own, any speed may count.
     let hit_speed = if shapes.give_hit_speed > 0 { 0.0 } else { ctx.hit_speed };
     let landing = Track::at_most(hit_speed * ctx.dt * ctx.per_track);
     let asked = Asked { hooks, softened };
@@ -97,7 +99,8 @@ pub(crate) fn update_manifolds(
     placed::tell_loads(ctx, bodies, contacts, changes, placed);
 }
 
-/// Takes down how far contacts are looked for on account of each body that is awake, at most: see [`speculative_margin`].
+/// Stores an upper bound on the speculative distance that each awake body contributes: see
+/// [`speculative_margin`].
 fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &Jobs<'_>) {
     let Bodies { rows, awake, tracks, .. } = bodies;
     // SAFETY: awake bodies are all different.
@@ -105,7 +108,7 @@ fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &Jobs<'_>) {
     for_ranges(jobs, awake.len(), grain(jobs, awake.len(), 256), |range| {
         for i in range {
             let row = awake[i];
-            // Each is a cache line for some ten instructions.
+            // Each body is a cache line for some ten instructions.
             if let Some(soon) = awake.get(i + 8) {
                 rows.prefetch(*soon, 1);
             }
@@ -118,17 +121,17 @@ fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &Jobs<'_>) {
     });
 }
 
-/// Some pairs of a chunk: as many as are looked at closely together, at most.
+/// Up to a full group of pairs of a chunk, which are examined together.
 #[derive(Clone, Copy, Default)]
 struct Group<T> {
     pairs: [T; LANES],
     len: usize,
 }
 
-/// Places of pairs that may be near.
+/// Indices of pairs that may be near.
 type Near = Group<usize>;
 
-/// Those of pairs that are due, and how far contacts of them are looked for [m], if that was asked.
+/// Pairs that are due for a test, with their speculative distance [m] if it was computed.
 type Due = Group<(usize, Option<f32>)>;
 
 impl<T> Group<T> {
@@ -146,15 +149,15 @@ impl<T> Group<T> {
     }
 }
 
-/// Groups on their way, one at each station: what a group needs at the next one is on its way from memory while others are seen to.
+/// A four-stage software pipeline: each stage prefetches the data that the next one reads.
 #[derive(Clone, Copy, Default)]
 struct Pipeline {
-    /// Its bodies are asked for.
+    /// Bodies are being prefetched.
     coming: Near,
     ready: Near,
-    /// Those of it that are due are known, and their contacts asked for.
+    /// The due pairs are known, and their contacts are being prefetched.
     due: Due,
-    /// And the shapes of these.
+    /// Shapes of the due pairs are being prefetched.
     at_hand: Due,
 }
 
@@ -163,7 +166,7 @@ impl Pipeline {
 }
 
 impl Pairs<'_> {
-    /// Moves each group on to the next station; the last are tested.
+    /// Advances each group by one stage; the last group is tested.
     fn move_on(&self, line: &mut Pipeline, out: &mut Vec<Change>, worker: &mut Worker) {
         self.test(&line.at_hand, out, worker);
         for &(k, _) in line.due.pairs() {
@@ -176,8 +179,8 @@ impl Pairs<'_> {
         *line = Pipeline { coming: Near::default(), ready: line.coming, due, at_hand: line.due };
     }
 
-    /// Looks closely at the pairs of a group, but for those of meshes, of which the shape's motion tells more than that of
-    /// its body; gives those that are due.
+    /// Examines the pairs of a group and returns those that are due. Mesh pairs are always due: for
+    /// them the shape's motion, computed later, decides better than the body's.
     fn look_at(&self, group: &Near) -> Due {
         let tracks = &self.bodies.tracks;
         let mut found = waits::Found::default();
@@ -201,7 +204,7 @@ impl Pairs<'_> {
         due
     }
 
-    /// Tests pairs.
+    /// Tests pairs and updates their contacts.
     fn test(&self, due: &Due, out: &mut Vec<Change>, worker: &mut Worker) {
         let tracks = &self.bodies.tracks;
         let Worker { mesh, moving, motions } = worker;
@@ -224,14 +227,14 @@ impl Pairs<'_> {
         }
     }
 
-    /// Lists a contact that comes to touch a body that sleeps in this step. While it does not, it is no contact: what only
-    /// passes near by wakes nothing.
+    /// Lists a contact that touches a sleeping body in this step. Until then the contact is not
+    /// solved: a body that only passes nearby wakes nothing.
     fn meet(&self, first: u32, contact: &Contact, [a, b]: [&Body; 2], out: &mut Vec<Change>) {
-        // Where bodies freeze one by one, what is near them is solved while they are frozen.
+        // Where bodies freeze individually, their contacts are solved while they are frozen.
         if contact.sensor || self.ctx.wakes_alone {
             return;
         }
-        // What gravity does in the step, where something is awake to be moved by it.
+        // Displacement by gravity in the step, if an awake body is there to be moved by it.
         let falls = [a, b].iter().any(|body| body.is_dynamic() && body.active());
         let near = self.ctx.rest_offset + if falls { self.ctx.fall } else { 0.0 };
         let (mut row, mut part) = (first, Some(contact));
@@ -250,7 +253,8 @@ impl Pairs<'_> {
         }
     }
 
-    /// Finds out how the shapes of those pairs that are of a mesh move against it; a lane for each pair.
+    /// Computes the motion of shapes against meshes for the mesh pairs of a group; a lane for each
+    /// pair.
     fn look_at_motions(&self, due: &Due, moving: &mut motion::Pairs, motions: &mut Motions) {
         let mut any = false;
         for (lane, &(k, _)) in due.pairs().iter().enumerate() {
@@ -306,11 +310,12 @@ impl Pairs<'_> {
             }
             list_for_solver(ctx, (row, contact), [a, b], out);
             keep_load(ctx, contact, a, b);
-            // A ghost that was made before what carries the body was there would block it for ever.
+            // A ghost that was made before the contact that carries the body would block the body
+            // for ever.
             out.extend(seams::of_convex(ctx, (row, contact), a, b));
             return;
         }
-        // In the frame of A, so that far from the world's origin nothing is lost.
+        // In the frame of A, so that no precision is lost far from the world's origin.
         let pose_a = shape_a.placed(a);
         let b_in_a = pose_a.relative(&shape_b.placed(b));
         let far = || speculative_margin(ctx, a, b, look.watch.bounces());
@@ -318,7 +323,7 @@ impl Pairs<'_> {
         let before = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
         let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
         let mut m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
-        // Of two that move both, the arms would be those of a place where neither is yet.
+        // For two moving bodies the arms would be those of a place that neither has reached.
         if !(contact.sensor || a.is_dynamic() && b.is_dynamic())
             && let Some(met) =
                 meeting::look_ahead(ctx, [a, b], [solid_a, solid_b], (&pose_a, &b_in_a), &m)
@@ -345,7 +350,8 @@ impl Pairs<'_> {
     }
 }
 
-/// True if two shapes overlap, as their contact would find; A is the one that its contact has first.
+/// True if two shapes overlap, with the result that their contact would have; A is the contact's
+/// first shape.
 pub(crate) fn overlap(
     ctx: &StepContext,
     (a, shape_a): (&Body, &ShapeRow),

@@ -1,28 +1,29 @@
-//! Findings of `finalize` about bodies.
+//! Findings of the stage `finalize` about bodies, for later stages.
 
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 
-/// What finalize found out about a body, beside how it moved.
+/// A finding about a body, beside its motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Note {
     /// The body's state became non-finite; it was put back.
     Fault(u32),
-    /// A kinematic body that does not move.
+    /// A kinematic body does not move.
     Idle(u32),
     /// Some body has been still for long enough to sleep.
     Still,
 }
 
-/// How a body moved that moved or turned far for its size.
+/// Motion of a body that moved or turned far for its size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flight {
     pub(crate) row: u32,
-    /// Where its center was, and how it stood.
+    /// Center and rotation at the start of the step.
     pub(crate) from: Vec3,
     pub(crate) stood: Quat,
-    /// No shape left the box that it had in the tree: with all that they may have met they are pairs. (Of bodies that move,
-    /// only if it did not [fly](Body::flies): those that it was to pass are none.)
+    /// No shape left its box in the tree, so pairs exist with everything that the shapes may have
+    /// met. (For moving bodies this holds only if the body did not [fly](Body::flies): the
+    /// broadphase drops pairs that it will pass.)
     pub(crate) in_boxes: bool,
     pub(crate) flew: bool,
 }

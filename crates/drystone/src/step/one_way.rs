@@ -1,7 +1,8 @@
-//! Surfaces that hold what comes from one side only: whether they hold, by where it is and how it moves.
+//! One-way surfaces: decides whether a surface stops a body, by the body's position and velocity.
 //!
-//! A pair is held while it has points, and held anew only if it comes from the front and is not in the surface yet. So no
-//! memory is needed of what passes: it has no points until it is out.
+//! A pair is held while it has points. It becomes held only if the body comes from the front and is
+//! not in the surface yet. So a body that passes needs no stored state: it has no points until it
+//! is out.
 
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -10,12 +11,12 @@ use crate::state::bodies::Body;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 
-/// Cosine of the angle between the front's direction and the normal, from which on a contact is one at the front. Sides, which
-/// are at right angles, let pass; slopes of 60 degrees hold.
+/// Minimum cosine of the angle between the front's direction and the normal of a contact at the
+/// front. Sides, which are at right angles, let bodies pass; slopes of 60 degrees hold.
 const FRONT: f32 = 0.5;
 
-/// What is in the surface by no more than this part of its half thickness, and no more than the contact margin, still
-/// counts as on it: bodies are put down with rounding.
+/// Maximum depth at which a body still counts as on the surface: this part of its half thickness,
+/// and at most the contact margin. Placing a body on a surface involves rounding.
 const ON_IT: f32 = 0.25;
 
 /// Direction of a surface's front [world]; `None` if it holds from all sides.
@@ -28,10 +29,11 @@ pub(crate) fn front(shapes: &Shapes, row: u32, body: &Body) -> Option<Vec3> {
     Some(body.rotation.rotate(shape.centered.rotation.rotate(*local)))
 }
 
-/// Of both shapes of a pair.
+/// Fronts of both shapes of a pair.
 pub(crate) type Fronts = [Option<Vec3>; 2];
 
-/// Whether a pair of shapes with these fronts touches where its manifold says. `held`: it had points before.
+/// True if a pair of shapes with these fronts touches where its manifold says. `held`: the pair had
+/// points before.
 pub(crate) fn holds(
     ctx: &StepContext,
     fronts: &Fronts,
@@ -59,13 +61,14 @@ pub(crate) fn holds(
     })
 }
 
-/// Whether a ray along `delta` that meets a shape at this normal is stopped [world].
+/// True if a ray along `delta` that hits a shape at this normal is stopped [world].
 pub(crate) fn stops(shapes: &Shapes, row: u32, body: &Body, normal: Vec3, delta: Vec3) -> bool {
     front(shapes, row, body)
         .is_none_or(|front| front.dot(normal) >= FRONT && front.dot(delta) < 0.0)
 }
 
-/// Whether two shapes, of which the second goes by `shift` against the first, may stop each other [m, world].
+/// True if two shapes may stop each other, where the second moves by `shift` relative to the first
+/// [m, world].
 pub(crate) fn may_stop(shapes: &Shapes, rows: [u32; 2], bodies: [&Body; 2], shift: Vec3) -> bool {
     let comes = |side: usize, shift: Vec3| {
         front(shapes, rows[side], bodies[side]).is_none_or(|front| front.dot(shift) < 0.0)

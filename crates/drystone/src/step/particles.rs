@@ -1,10 +1,11 @@
-//! The stage `particles`: what particles meet; those that nothing ties to others or to moving bodies fly at once.
+//! The stage `particles`: finds contacts of particles, and moves particles that are tied neither to
+//! others nor to moving bodies.
 //!
-//! Reads: bodies, shapes, bounds. Writes: particles; wakes bodies that particles touch or hold. Runs:
-//! parallel over particles; what is found is put together in the order of their lines. Links, attachments
-//! and contacts with moving bodies are solved in the solver's substeps (`pace`, `links`, `chain`, `points`, `rows`), and
-//! [`settle`](settle::settle) ends the step of those. Invariants: a color of links touches a
-//! particle once; every other particle is written by its own chunk only.
+//! Reads: bodies, shapes, bounds. Writes: particles; wakes bodies that particles touch or hold.
+//! Runs: in parallel over particles; results are merged in the order of their lines. Links,
+//! attachments and contacts with moving bodies are solved in the solver's substeps (`pace`,
+//! `links`, `chain`, `points`, `rows`), and [`settle`](settle::settle) ends their step. Invariants:
+//! a color of links touches a particle once; every other particle is written by its own chunk only.
 //! References: manual/particles.md, [Jakobsen01], [Macklin19].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
@@ -30,7 +31,7 @@ use crate::state::particles::{ParticleLine, Particles};
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
-/// Finds what particles meet, moves those that are free, and wakes what is touched.
+/// Finds contacts of particles, moves free particles, and wakes touched bodies.
 pub(crate) fn meet_shapes(
     ctx: &StepContext,
     particles: &mut Particles,
@@ -45,13 +46,13 @@ pub(crate) fn meet_shapes(
     s.meetings.clear();
     s.faults.clear();
     for row in s.pace.dragged.drain(..) {
-        // Of the last step; who is still dragged is told below.
+        // Marks of the last step; bodies that are still dragged are marked again below.
         match sets.bodies.rows.at_mut(row) {
             Some(body) => {
                 body.dragged = false;
                 s.pace.released.push(row);
             }
-            // Its line must go with it.
+            // Its solver body must be removed with it.
             None => sets.colors.bodies_changed = true,
         }
     }
@@ -69,14 +70,14 @@ pub(crate) fn meet_shapes(
     for i in 0..particles.attachments.len() {
         let held = particles.attachments[i];
         let particle = particles.at(held.line);
-        // One that is still lets the body sleep, and then freezes.
+        // A still particle lets the body sleep, and then freezes.
         let moving = moves(particle) && particle.still_time <= 0.0;
         if moving && sets.bodies.at(held.body).is_dynamic() {
             sets.wake(held.body);
         }
     }
     search(ctx, particles, shapes, bounds, sets.bodies, s, jobs);
-    // A body that wakes pushes: what rests against it is found again, as against what moves.
+    // An awake body pushes: particles at rest on it are searched again, as for moving bodies.
     let mut woke = false;
     for list in &s.found {
         for found in list {
@@ -99,7 +100,7 @@ pub(crate) fn meet_shapes(
     release(sets, s);
 }
 
-/// Frozen strands that an awake body is at, or holds.
+/// Wakes frozen strands that an awake body touches or holds.
 fn thaw(
     particles: &mut Particles,
     bodies: &Bodies,
@@ -143,7 +144,7 @@ fn thaw(
     }
 }
 
-/// Looks around every particle that moves; free ones are done with it.
+/// Searches around every moving particle, and moves the free ones for the whole step.
 fn search(
     ctx: &StepContext,
     particles: &mut Particles,
@@ -154,7 +155,7 @@ fn search(
     jobs: &Jobs<'_>,
 ) {
     let attachments = &particles.attachments;
-    // SAFETY: each slot is of one range, and lines and places are those of the slot.
+    // SAFETY: each slot is in one range, and lines and places are those of the slot.
     let apart = unsafe { Apart::promise() };
     let lines = Rows::new(&mut particles.lines, apart);
     let n = particles.rows.slot_count();
@@ -206,7 +207,7 @@ fn gather(s: &mut Scratch) {
     }
 }
 
-/// Bodies that particles push need lines in the solver.
+/// Marks bodies that particles push: they need a row in the solver.
 fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
     let met = s.meetings.iter().filter(|m| m.pushes).map(|m| m.body);
     let held = particles.attachments.iter().filter(|a| !particles.at(a.line).frozen);
@@ -215,7 +216,7 @@ fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
         if body.is_dynamic() && body.active() && !body.dragged {
             body.dragged = true;
             s.pace.dragged.push(row);
-            // It may have had no line.
+            // It may have had no row in the solver.
             sets.colors.bodies_changed |=
                 body.constraints == 0 && s.pace.released.binary_search(&row).is_err();
         }
@@ -223,7 +224,8 @@ fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
     s.pace.dragged.sort_unstable();
 }
 
-/// Bodies that are dragged no more: those that nothing else acts on give their line back.
+/// Releases bodies that are no longer dragged: without other constraints they lose their row in the
+/// solver.
 fn release(sets: &mut Sets<'_>, s: &mut Scratch) {
     for row in s.pace.released.drain(..) {
         if let Some(body) = sets.bodies.rows.at(row) {

@@ -1,9 +1,9 @@
-//! The stage `partition`: contacts that gained or lost points enter or leave the colors and islands; sleepers that
-//! were met wake; ends of touches are noted for `report`.
+//! The stage `partition`: applies the narrowphase's changes to colors and islands, wakes sleeping
+//! bodies that were met, and records ends of touches for `report`.
 //!
-//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: what wakes serially; over
-//! lists of changes in parallel, then over tables side by side, each in the order of the changes; levels in parallel, color
-//! after color.
+//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs:
+//! wakes serially; then over lists of changes in parallel, then over tables in parallel, each in
+//! the order of the changes; levels in parallel, color after color.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -24,16 +24,16 @@ use crate::state::sets::Sets;
 use crate::state::sets::changes::{Move, SetChanges};
 use crate::state::shapes::Shapes;
 
-/// So many changes ahead the contact is asked for.
+/// Prefetch distance for contacts, in changes.
 const PREFETCH: usize = 6;
 
-/// Fewer changes are not shared out.
+/// Fewer changes than this run on one thread.
 const LEAST: usize = 128;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    /// The levels to be.
+    /// New levels, while they are computed.
     levels: Sparse,
     /// Effects of each list of changes, then of each list of ghosts of seams.
     effects: [Vec<Effects>; 2],
@@ -41,8 +41,8 @@ pub(crate) struct Scratch {
     slack: Slack,
 }
 
-/// Applies the changes that narrowphase listed: bodies that are met wake; all workers work out the effects of the changes; these
-/// are carried out. `step`: the steps taken before this one.
+/// Applies the narrowphase's changes. Bodies that are met wake; all workers compute the effects of
+/// the changes; then the effects are applied. `step`: the number of steps before this one.
 pub(crate) fn apply_changes(
     step: u64,
     found: &narrowphase::scratch::Scratch,
@@ -85,13 +85,14 @@ fn change_sets(
 }
 
 impl Scratch {
-    /// Touches that the last step ended, in the order of changes.
+    /// Touches that the last step ended, in the order of the changes.
     pub(crate) fn touches(&self) -> impl Iterator<Item = &Touches> {
         self.effects.iter().flatten().map(|effects| &effects.touches)
     }
 }
 
-/// Wakes what awake bodies met; where bodies freeze one by one, what was held by a contact that is over.
+/// Wakes bodies that awake bodies met. Where bodies freeze individually, wakes bodies whose
+/// supporting contact has ended.
 fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
     for change in changes.iter().flatten() {
         match *change {
@@ -109,22 +110,23 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
     }
 }
 
-/// True for a touch that wakes nothing: of what is slow and only near. Among bodies that freeze one by one it is any slow touch, for the
-/// load that comes with it may wake.
+/// True for a touch that wakes nothing: the bodies are slow and only near. Where bodies freeze
+/// individually, any slow touch is gentle, since its load may wake the body later.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     let [a, b] = [c.body_a, c.body_b].map(|body| bodies.at(body));
-    // Points come and go at the distance at which contacts are looked for. What is awake and slow waits on for its sleep.
+    // Points appear and vanish at the speculative distance. An awake slow body is still waiting to
+    // sleep.
     let waits = |body: &Body| !body.is_dynamic() || body.active() && body.still_time > 0.0;
     if waits(a) && waits(b) && c.points().iter().all(|p| p.separation > 0.0) {
         return true;
     }
     let speed = a.greatest_speed(islands.length) + b.greatest_speed(islands.length);
-    // What was put into a frozen body is no touch that came of a motion.
+    // Overlap with a body that was placed in a frozen one did not result from motion.
     let any_moves = a.active() || b.active();
     islands.wake_alone && any_moves && speed < islands.gentle_speed
 }
 
-/// Applies some lists of changes; gives how many memory was needed for.
+/// Applies some lists of changes; returns the number of entries that needed memory.
 fn apply(
     lists: &[Vec<Change>],
     shapes: &Shapes,
@@ -165,7 +167,8 @@ impl Effects {
     }
 }
 
-/// Looks what changes come to. Of the contacts it writes only whether they touch: those of a pair are in one list.
+/// Computes the effects of changes. It writes only the `touching` flag of contacts: all contacts of
+/// a pair are in one list.
 struct ChangeReader<'a> {
     shapes: &'a Shapes,
     bodies: &'a Bodies,
@@ -199,18 +202,18 @@ impl ChangeReader<'_> {
         }
     }
 
-    /// A contact, that of a row in use.
+    /// The contact of a row in use.
     fn at(&self, row: u32) -> &Contact {
         self.slots.read(row as usize).as_ref().expect("changes name living contacts only")
     }
 
-    /// The rows of a pair's parts.
+    /// Rows of a pair's manifolds.
     fn parts(&self, first: u32) -> impl Iterator<Item = u32> {
         let next = |row: &u32| Some(self.at(*row).next_part).filter(|next| *next != NONE);
         core::iter::successors(Some(first), next)
     }
 
-    /// Ends a contact with all its parts.
+    /// Ends a contact with all its manifolds.
     fn end(&self, first: u32, effects: &mut Effects) {
         self.report_end(first, effects);
         for row in self.parts(first) {
@@ -258,12 +261,12 @@ impl ChangeReader<'_> {
         let solves = self.islands.solves(self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let what = match (has_points, c.place.is_somewhere()) {
             (true, true) => Move::Changes,
-            // It is near what sleeps, and does not touch it.
+            // It is near a sleeping body, and does not touch it.
             (true, false) if !solves => return,
             (true, false) if is_gentle(c, self.islands, self.bodies) => Move::Enters,
             (true, false) => Move::Rouses,
             (false, true) => Move::Leaves,
-            // It had points for a moment only: it was a ghost.
+            // It had points for a moment only, as a ghost.
             (false, false) if !c.touching => return,
             (false, false) => Move::Stays,
         };
@@ -275,19 +278,19 @@ impl ChangeReader<'_> {
     }
 }
 
-/// Levels are for who looks at the world, so they may lag: a relaxation reads every contact.
+/// Levels are for display, so they may lag: a relaxation reads every contact.
 const RELAX_EVERY: u64 = 4;
 
-/// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
-/// neighbor: converges in as many calls as the graph is deep, and costs nothing while nothing changes.
-/// What is written of bodies that are not awake is never read.
+/// One Jacobi relaxation of the levels of the contact graph, level = 1 + the minimum level of a
+/// touching neighbor. It converges in as many calls as the graph is deep, and costs nothing while
+/// nothing changes. Values written for bodies that are not awake are never read.
 fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jobs<'_>) {
     let Sets { bodies, contacts, colors, .. } = sets;
     scratch.levels.cover(bodies.rows.slot_count());
     if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut colors.levels_dirty) {
         return;
     }
-    // SAFETY: of a color's contacts no two have the same dynamic body, and awake bodies are all different.
+    // SAFETY: no two contacts of a color share a dynamic body, and awake bodies are all different.
     let apart = unsafe { Apart::promise() };
     let next = scratch.levels.lend(apart);
     let n = bodies.awake.len();
@@ -314,7 +317,7 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
             });
         }
     }
-    // A body above all that is held would count up for ever when its ground is taken away.
+    // The level of a body without support would count up for ever after its ground is removed.
     let most = u32::try_from(n).unwrap_or(NONE);
     let changed = AtomicBool::new(false);
     let (awake, rows) = (&bodies.awake, Rows::new(bodies.rows.values_mut(), apart));
@@ -337,8 +340,8 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
     colors.levels_dirty = changed.into_inner();
 }
 
-/// Wakes a frozen body that this contact held in the last step: what held it went so fast that there is no step
-/// in which the load shows that it is gone.
+/// Wakes a frozen body that this contact supported in the last step. The support left so fast that
+/// no step shows the loss in the load.
 fn wake_held(first: u32, sets: &mut Sets<'_>) {
     let mut row = first;
     while row != NONE {
@@ -353,7 +356,7 @@ fn wake_held(first: u32, sets: &mut Sets<'_>) {
     }
 }
 
-/// Removes a contact with all its parts; reports the end if it was touching.
+/// Removes a contact with all its manifolds; reports the end if it was touching.
 pub(crate) fn end_contact(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
     let mut effects = Effects::default();
     // SAFETY: there is no other worker.

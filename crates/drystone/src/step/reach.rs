@@ -1,4 +1,5 @@
-//! How far contacts are looked for: broadphase, narrowphase and the solver must agree on it.
+//! Speculative distances: how far ahead the broadphase, the narrowphase and the solver search for
+//! contacts. All three must agree on them.
 
 use fearless_simd::{Simd, dispatch};
 
@@ -12,22 +13,23 @@ use crate::state::shapes::{ShapeRow, Shapes};
 
 /// The box that a shape needs in the tree.
 pub(crate) struct Need {
-    /// Its own with the contact margin; of one that turns far in the step the box of all that it may sweep.
+    /// The shape's box with the contact margin. If the shape turns far in the step, the box of
+    /// everything that it may sweep.
     pub(crate) tight: Aabb,
-    /// How far it moves in a step [m].
+    /// Displacement in a step [m].
     step: Vec3,
 }
 
-/// A turn in a step that takes a shape out of its box [rad].
+/// Minimum turn in a step that takes a shape out of its box [rad].
 pub(crate) const FAR_TURN: f32 = 0.5;
 
 impl Need {
-    /// The rotation of a body of several shapes.
+    /// Rotation of a body with several shapes.
     pub(crate) fn turn_of(body: &Body) -> Option<Mat3> {
         (body.shapes.len() > 1).then(|| body.rotation.to_mat3())
     }
 
-    /// `turn`: the body's rotation, for what is one of several shapes.
+    /// `turn`: the body's rotation, for a shape that is one of several.
     #[inline(always)]
     pub(crate) fn of<S: Simd>(
         simd: S,
@@ -57,14 +59,14 @@ impl Need {
         dispatch!(ctx.level, simd => Self::of(simd, shapes.at(shape), (body, Self::turn_of(body)), ctx))
     }
 
-    /// The box that reaches as far as the shape moves in a step.
+    /// The box extended by the shape's displacement in a step.
     #[inline(always)]
     pub(crate) fn fits(&self) -> Aabb {
         swept(&self.tight, self.step)
     }
 
-    /// That box, `fits`, with room to move, so that the tree is not changed every step; none for what will leave it
-    /// all the same.
+    /// The box `fits`, grown so that the tree need not change every step. It is not grown for
+    /// bodies that will leave it anyway.
     pub(crate) fn with_room(&self, fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
         if flies(body, ctx) {
             return *fits;
@@ -73,45 +75,46 @@ impl Need {
     }
 }
 
-/// Around a box and where it comes by `step`.
+/// Union of a box and the same box displaced by `step`.
 #[inline(always)]
 pub(crate) fn swept(fits: &Aabb, step: Vec3) -> Aabb {
     fits.union(&Aabb::new(fits.min + step, fits.max + step))
 }
 
-/// How far what has this velocity moves in a step [m], but no farther along an axis than the body's size: contacts
-/// are not looked for beyond that (narrowphase), only rays are cast (sweep). (Cut along its way instead, what
-/// flies along a wall would come into it unseen.)
+/// Displacement at this velocity in a step [m], clamped on each axis to the body's size. The
+/// narrowphase does not search for contacts beyond that; the sweep only casts rays there. (Clamped
+/// along the path instead, a body flying along a wall would enter it unseen.)
 pub(crate) fn reach(velocity: Vec3, body: &Body, ctx: &StepContext) -> Vec3 {
     let step = velocity * ctx.dt;
     let most = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
     vec3(step.x.clamp(-most, most), step.y.clamp(-most, most), step.z.clamp(-most, most))
 }
 
-/// That of all shapes of a body, at most [m].
+/// Upper bound on the reach of all shapes of a body [m].
 pub(crate) fn reach_of_all(body: &Body, ctx: &StepContext) -> f32 {
     let turning =
         if body.shapes.len() > 1 { body.w.length() * (body.extent * ctx.dt) } else { 0.0 };
     reach(body.v, body, ctx).length() + turning
 }
 
-/// Room around a box [m].
+/// Margin by which boxes are grown [m].
 pub(crate) fn spare(body: &Body, ctx: &StepContext) -> f32 {
     ctx.margin + (0.1 * body.extent).min(0.1 * ctx.length)
 }
 
-/// True if a body moves so far beyond its [`reach`] in a step that no box with room keeps it for two.
-/// (Of a diagonal way each axis sees 1/√3 at least.)
+/// True if a body moves so far beyond its [`reach`] in a step that a grown box does not last for
+/// two steps. (On a diagonal path each axis moves by at least 1/√3 of it.)
 pub(crate) fn flies(body: &Body, ctx: &StepContext) -> bool {
     let step = body.v * ctx.dt;
     step.length() - reach(body.v, body, ctx).length() > 2.0 * spare(body, ctx)
 }
 
-/// Contacts are looked for as far as the bodies may come nearer in this step: a fast body is then stopped at
-/// the surface, not in it. But no farther than the size of the smaller one, or of both where their bounding
-/// spheres meet if nothing stops them. (Boxes reach as far as each one's own size: who flies at a larger one
-/// that rests is seen that far only.) Of two that move side by side an impact can stop one, and if the pair
-/// bounces it takes part in that.
+/// Speculative distance of a pair: as far as the bodies may approach each other in this step, so
+/// that a fast body is stopped at the surface, not in it. It is at most the size of the smaller
+/// body, or the sum of both sizes if their bounding spheres would meet. (Boxes reach only as far as
+/// each body's own size, which limits the distance for a fast body near a larger body at rest.) If
+/// two bodies move side by side, an impact can stop one of them, so a pair that bounces uses the
+/// greater of their speeds too.
 pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces: bool) -> f32 {
     let along = b.v - a.v;
     let mut speed = along.length();
@@ -131,7 +134,8 @@ pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces:
     ctx.margin.max(way.min(most))
 }
 
-/// True if two points, the second of which is at `apart` from the first and goes by `way`, come as near as `near`.
+/// True if two points come within `near` of each other; the second starts at `apart` from the first
+/// and moves by `way` relative to it.
 fn will_meet(apart: Vec3, way: Vec3, near: f32) -> bool {
     let nearest = (-apart.dot(way) / way.dot(way).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
     let then = apart + way * nearest;

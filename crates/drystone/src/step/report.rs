@@ -1,12 +1,14 @@
-//! The stage `report`: what the step found becomes events, each list in a fixed order.
+//! The stage `report`: turns the findings of the step into events, each list in a fixed order.
 //!
-//! Stages note what they find where they find it; this file turns all of it into events, once, after the last
-//! stage that finds something. Only joints, bonds and bodies that break are reported where they are taken out of the world.
-//! Order of the lists: begins and ends of touches, hits and forces by the ids of their shapes; sensor events by
-//! sensor, then visitor; bodies that woke or fell asleep by id, each once; torn links by id; faults: refused calls as they were made,
-//! then bodies, then particles, by id.
+//! Stages record findings where they occur; this file turns all of them into events, once, after
+//! the last stage that has findings. Only joints, bonds and bodies that break are reported where
+//! they are removed from the world. Order of the lists: begins and ends of touches, hits and forces
+//! by the ids of their shapes; sensor events by sensor, then visitor; bodies that woke or fell
+//! asleep by id, each once; torn links by id; faults: refused calls in call order, then bodies,
+//! then particles, by id.
 //!
-//! Reads: contacts, shapes, bodies, notes of the stages. Writes: contacts (touching), events. Runs: serially.
+//! Reads: contacts, shapes, bodies, findings of the stages. Writes: contacts (touching), events.
+//! Runs: serially.
 
 use super::context::StepContext;
 use super::notes::Note;
@@ -30,7 +32,7 @@ pub(crate) struct Scratch {
     asked: Vec<ContactTotals>,
 }
 
-/// Stages whose notes become events.
+/// Stages whose findings become events.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Found<'a> {
     pub(crate) partition: &'a partition::Scratch,
@@ -40,7 +42,7 @@ pub(crate) struct Found<'a> {
     pub(crate) sweep: &'a sweep::Scratch,
 }
 
-/// Reports the step with this number, the first is 1.
+/// Reports the step with this number; the first step is 1.
 pub(crate) fn report(
     ctx: &StepContext,
     step: u64,
@@ -62,7 +64,7 @@ pub(crate) fn report(
     sort(events);
 }
 
-/// Sorts every list that is not in its order by the way it was found.
+/// Sorts every list that was not found in its order.
 fn sort(events: &mut Events) {
     events.contact_begin.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
     events.contact_end.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
@@ -76,7 +78,7 @@ fn sort(events: &mut Events) {
     events.detached.sort_unstable();
 }
 
-/// Reports bodies and particles that were put aside.
+/// Reports faults of bodies and particles.
 fn report_faults(
     step: u64,
     found: Found<'_>,
@@ -97,7 +99,7 @@ fn report_faults(
     }
 }
 
-/// Reports contacts that the solver found pressed together for the first time, and marks them as touching.
+/// Reports contacts that bore an impulse for the first time, and marks them as touching.
 fn report_begun(
     begun: impl Iterator<Item = u32> + Clone,
     shapes: &Shapes,
@@ -121,7 +123,7 @@ fn report_begun(
     }
 }
 
-/// Sets the touch of a pair on all its parts.
+/// Sets `touching` of a pair on all its manifolds.
 fn set_touching(first: u32, contacts: &mut Contacts) {
     let mut row = first;
     while row != NONE {
@@ -131,7 +133,7 @@ fn set_touching(first: u32, contacts: &mut Contacts) {
     }
 }
 
-/// Reports hits, and the forces of pairs that are asked for them. `dt`: of the step [s].
+/// Reports hits, and the forces of pairs whose shapes request them. `dt`: length of the step [s].
 fn report_given(
     given: impl Iterator<Item = ContactTotals>,
     (dt, hit_speed): (f32, f32),
@@ -143,7 +145,7 @@ fn report_given(
 ) {
     scratch.asked.clear();
     for given in given {
-        // Contacts of what was put aside in this step are gone.
+        // Contacts of bodies that were set aside in this step are gone.
         let Some(c) = contacts.get(given.contact) else { continue };
         let [a, b] = [c.shape_a, c.shape_b].map(|row| shapes.at(row).reports);
         let fast = |least: f32| c.approach() > least;
@@ -167,7 +169,8 @@ fn report_given(
 
 fn hit(c: &Contact, given: &ContactTotals, shapes: &Shapes, bodies: &Bodies) -> HitEvent {
     let points = c.points().iter().zip(&given.points).enumerate();
-    // Of those that landed the one that was pressed most; of those that were pressed alike the deepest.
+    // Among points that landed, the one with the greatest impulse; among equal impulses, the
+    // deepest.
     let place = points.max_by(|(i, (p, pressed)), (j, (q, other))| {
         let landed = |k: usize| given.landed >> k & 1;
         let deeper = || q.separation.total_cmp(&p.separation);
@@ -190,10 +193,12 @@ fn total(given: &ContactTotals) -> f32 {
     given.points.iter().sum()
 }
 
-/// Of a pair with several manifolds that were hit the fastest stands for all, with the impulse of all.
+/// Merges the hits of a pair with several manifolds: the fastest hit stands for all, with the sum
+/// of the impulses.
 fn merge_hits(hits: &mut Vec<HitEvent>) {
     let pair = |e: &HitEvent| (e.shape_a, e.shape_b);
-    // To the last bit, since they come in an order that goes by the number of workers, and sums by their order.
+    // The order is total to the last bit: hits arrive in an order that depends on the number of
+    // workers, and sums depend on their order.
     let bits = |e: &HitEvent| {
         let Vec3 { x, y, z } = e.point;
         [x, y, z, e.impulse].map(f32::to_bits)
@@ -211,7 +216,8 @@ fn merge_hits(hits: &mut Vec<HitEvent>) {
     });
 }
 
-/// Adds a manifold to the list of forces, whose last pair may be its own.
+/// Adds a manifold to the list of forces, and merges it into the last entry if the pair is the
+/// same.
 fn report_forces(
     given: &ContactTotals,
     dt: f32,

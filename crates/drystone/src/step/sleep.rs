@@ -1,11 +1,11 @@
-//! The stage `sleep`: islands whose bodies have all been still for long enough, and that nothing drives, fall asleep
-//! (docs/decisions/030-what-may-sleep.md).
+//! The stage `sleep`: puts islands to sleep whose bodies have all been still for long enough and
+//! that nothing drives (docs/decisions/030-what-may-sleep.md).
 //!
-//! Reads: bodies (timers), shapes, contacts, joints. Writes: islands (splits), sets, events. Runs: only when an awake body
-//! was still for long enough; times and ends of contacts are read in parallel, what follows from them is serial over
-//! islands and contacts. One island a step is split for that, and all that were cut so often that they must have come
-//! apart.
-//! Where bodies freeze one by one, those touched by awake ones are looked at in every step.
+//! Reads: bodies (timers), shapes, contacts, joints. Writes: islands (splits), sets, events. Runs:
+//! only when an awake body was still for long enough. Timers and bodies of contacts are read in
+//! parallel; the rest is serial over islands and contacts. One island a step is split for sleep,
+//! and also every island that was cut so often that it must have come apart.
+//! Where bodies freeze individually, frozen bodies that touch awake ones are checked in every step.
 
 pub(crate) mod freeze;
 pub(crate) mod drives;
@@ -20,11 +20,12 @@ use crate::state::islands::Islands;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
-/// An island of at least this part of all awake bodies is taken apart by what is known of all contacts, not by a walk
-/// from body to body: that waits for memory at each of them. (Of 345 boxes on a mesh among 4,400 the walk takes 0.6 ms.)
+/// An island with at least this part of all awake bodies is split by union-find over all contacts,
+/// not by a walk from body to body, which waits for memory at each of them. (For 345 boxes on a
+/// mesh among 4,400 the walk takes 0.6 ms.)
 const LARGE: usize = 32;
 
-/// So many contacts ahead of the one that is looked at are asked for from memory.
+/// Prefetch distance, in contacts.
 const PREFETCH: usize = 16;
 
 /// Still times of some bodies [s].
@@ -35,7 +36,7 @@ struct Times {
 }
 
 impl Times {
-    /// Of no body.
+    /// Value for an empty set of bodies.
     const NONE: Self = Self { least: f32::INFINITY, most: 0.0 };
 
     fn add(&mut self, other: Self) {
@@ -48,7 +49,7 @@ impl Times {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     rates: Rates,
-    /// Islands that may rest or be split, and the greatest still time of their bodies.
+    /// Islands that may sleep or be split, with the maximum still time of their bodies.
     ripe: Vec<(u32, f32)>,
     /// Kinematic bodies that do not move.
     idle: Vec<u32>,
@@ -56,15 +57,16 @@ pub(crate) struct Scratch {
     freeze: freeze::Scratch,
 }
 
-/// Begins a step: how bodies wake in it, and by which touches.
+/// Begins a step: sets how bodies wake in it, and by which touches.
 pub(crate) fn begin_step(ctx: &StepContext, islands: &mut Islands) {
     islands.wake_alone = ctx.wakes_alone;
     islands.gentle_speed = freeze::rest_speed(ctx, ctx.rest.speed);
     islands.length = ctx.length;
 }
 
-/// Puts aside bodies that became non-finite, puts still islands to sleep, and splits one island that may come apart. `notes` are those of
-/// finalize: islands are looked at only when some body was still for long enough. `step`: the steps taken before this one.
+/// Sets non-finite bodies aside, puts still islands to sleep, and splits one island that may come
+/// apart. `notes`: findings of finalize; islands are checked only when some body was still for long
+/// enough. `step`: the number of steps before this one.
 pub(crate) fn rest_still_islands(
     ctx: &StepContext,
     step: u64,
@@ -109,8 +111,8 @@ pub(crate) fn rest_still_islands(
         }
     });
     ripe.sort_unstable_by_key(|(island, _)| *island);
-    // The island to split: it was cut, and some body of it could sleep if it were alone. The one
-    // that has waited longest; the lowest number among equals.
+    // The island to split was cut, and some body of it could sleep if it were alone. Among those,
+    // the one with the longest wait, then the lowest number.
     let mut split = None;
     for &(island, waited) in ripe.iter() {
         if sets.islands.rows[island as usize].cut {
@@ -122,7 +124,7 @@ pub(crate) fn rest_still_islands(
             let drives = drives_of(sets, shapes, (spacing, ctx.length));
             let driven = members.iter().copied().find(|row| drives.driver(*row).is_some());
             if let Some(row) = driven {
-                // It is not looked at again before it can have stopped.
+                // The island is checked again only when the drive can have stopped.
                 sets.bodies.at_mut(row).still_time = 0.0;
             } else {
                 if sets.islands.wake_alone {
@@ -142,12 +144,12 @@ pub(crate) fn rest_still_islands(
     }
 }
 
-/// How long the bodies of islands have been still.
+/// Still times of the bodies of islands.
 #[derive(Clone, Debug, Default)]
 struct Rates {
-    /// Of awake bodies one after another of the same island.
+    /// Still times for runs of consecutive awake bodies of the same island.
     runs: Vec<Vec<(u32, Times)>>,
-    /// Of each island, while islands are rated; of others [`Times::NONE`].
+    /// Still times of each island, while islands are rated; [`Times::NONE`] for others.
     of: Vec<Times>,
 }
 
@@ -175,7 +177,7 @@ impl Rates {
         }
         for (island, _) in in_islands() {
             let times = core::mem::replace(&mut self.of[*island as usize], Times::NONE);
-            // Once each.
+            // Each island once.
             if times.least < f32::INFINITY {
                 visit(*island, times);
             }
@@ -198,7 +200,7 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
         let mut body = *start;
         while body != NONE {
             let row = sets.bodies.at(body);
-            // What is awake and no constraint acts on need not ask all that is near it.
+            // An awake body without acting constraints need not read its contacts.
             let alone = row.active() && row.constraints == 0;
             let mut at = if alone { NONE } else { row.contacts };
             while at != NONE {
@@ -223,7 +225,7 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
     sets.islands.give_back(members);
 }
 
-/// Enters a body that is in no island yet.
+/// Adds a body without an island.
 fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
     let row = sets.bodies.at(body);
     if row.is_dynamic() && row.island == NONE {
@@ -231,17 +233,17 @@ fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
     }
 }
 
-/// Which bodies are known to be connected: each names another one of its part, up to the part's root.
+/// Union-find over bodies: each refers to another body of its component, up to the root.
 #[derive(Clone, Debug, Default)]
 struct Roots {
     of: Sparse,
-    /// The bodies that contacts connect.
+    /// Pairs of bodies that contacts connect.
     ends: Vec<Vec<[u32; 2]>>,
 }
 
 impl Roots {
-    /// Replaces an island by what contacts with points and joints connect of it, if that is not all; false if it is not
-    /// known, for some of its bodies may have frozen.
+    /// Replaces an island by its components under contacts with points and joints, if there are
+    /// several. False if the components are unknown, since some of its bodies may have frozen.
     fn split(&mut self, island: u32, step: u64, sets: &mut Sets<'_>, jobs: &Jobs<'_>) -> bool {
         let members = sets.islands.members(island, sets.bodies);
         let is_one = self.unite_all(&members, sets, jobs) == 1;
@@ -252,7 +254,7 @@ impl Roots {
             sets.islands.dissolve(island);
             members.iter().for_each(|row| sets.bodies.at_mut(*row).island = NONE);
             for &row in &members {
-                // The root is the first of its component.
+                // The root is the first body of its component.
                 let root = self.root(row);
                 if sets.bodies.at(root).island == NONE {
                     sets.islands.create(root, sets.bodies);
@@ -274,13 +276,14 @@ impl Roots {
         is_one || !sets.islands.wake_alone
     }
 
-    /// Makes one part of what contacts with points and joints connect of these awake bodies; returns how many there are.
+    /// Unites these awake bodies by contacts with points and by joints; returns the number of
+    /// components.
     fn unite_all(&mut self, members: &[u32], sets: &Sets<'_>, jobs: &Jobs<'_>) -> usize {
         self.of.cover(sets.bodies.rows.slot_count());
         for row in members {
             self.of.set(*row, *row);
         }
-        // What is in no color is not awake.
+        // Constraints without a color have no awake body.
         let mut parts = members.len();
         for row in sets.colors.joints.colors.iter().flat_map(|color| &color.members) {
             let joint = sets.joints.at(*row);
@@ -312,18 +315,18 @@ impl Roots {
         parts
     }
 
-    /// Makes one part of those of two bodies; true if they were two.
+    /// Unites the components of two bodies; true if they were different.
     fn unite(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         if a == b || a == NONE || b == NONE {
             return false;
         }
-        // The lower one stays: no order of the list shows.
+        // The lower root remains, so the order of the list has no effect.
         self.of.set(a.max(b), a.min(b));
         true
     }
 
-    /// The root of a body's part; [`NONE`] if the body is not in question.
+    /// The root of a body's component; [`NONE`] if the body is not a member.
     fn root(&mut self, body: u32) -> u32 {
         let mut at = body;
         while self.of.get(at) != NONE {
@@ -331,7 +334,7 @@ impl Roots {
             if above == at {
                 return at;
             }
-            // Half of the way is shorter for the next one.
+            // Path halving shortens later searches.
             self.of.set(at, self.of.get(above));
             at = above;
         }
@@ -354,8 +357,9 @@ mod tests {
     use crate::state::tables::Tables;
     use crate::world::World;
 
-    /// Balls that bounce without loss in a room without gravity, and so thin that most touch none: of 216 in
-    /// 512 m³, on a way of 0.1 m in a step one meets another in a hundredth of the steps.
+    /// Balls that bounce without loss in a room without gravity. They are so sparse that most touch
+    /// no other: of 216 in 512 m³, one on a path of 0.1 m in a step meets another in a hundredth of
+    /// the steps.
     fn gas() -> World {
         let mut world = World::default();
         world.set_gravity(Vec3::ZERO);
@@ -391,7 +395,8 @@ mod tests {
                 assert!(holds || !island.was_cut_often(), "{island:?} has {constraints} ends");
             }
         }
-        // Never taken apart, they would all be one in the end: most touches are with walls, a fifth with others.
+        // Without splits all would end in one island: most touches are with walls, a fifth with
+        // others.
         assert!(met > 1000 && largest < 20, "{met} touches, {largest} bodies");
     }
 
@@ -407,7 +412,7 @@ mod tests {
             let ball = ShapeDef::sphere(0.5);
             let mut body = BodyDef::dynamic().with_position(at).with_shape(ball);
             if i % 5 == 0 {
-                // Two that nothing but a joint connects.
+                // Two bodies connected by a joint only.
                 body = body.with_linear_velocity(Vec3::Y * 0.1);
             }
             let body = world.add_body(body).unwrap();
@@ -425,7 +430,7 @@ mod tests {
         world
     }
 
-    /// For each dynamic body the lowest row of its island.
+    /// Lowest row in the island of each dynamic body.
     fn parts(tables: &Tables) -> Vec<(u32, u32)> {
         let mut parts = Vec::new();
         for (id, body) in tables.bodies.rows.iter().filter(|(_, body)| body.is_dynamic()) {
@@ -448,7 +453,7 @@ mod tests {
         for _ in 0..10 {
             let mut world = clumps(&mut random);
             world.step(1.0 / 60.0);
-            // All in one, as if what connected them was cut since.
+            // All in one island, as if the connections had been cut since.
             let tables = world.tables_mut();
             let rows: Vec<u32> = tables.bodies.rows.iter().map(|(id, _)| id.index()).collect();
             for pair in rows.windows(2) {
@@ -469,7 +474,7 @@ mod tests {
             let mut roots = Roots::default();
             let (walked, known) = (split(None), split(Some(&mut roots)));
             assert_eq!(walked, known);
-            // Nothing is left of it for the next one.
+            // Nothing remains in the table for the next island.
             assert!(rows.iter().all(|row| roots.of.get(*row) == NONE));
             let mut firsts: Vec<u32> = known.iter().map(|(_, first)| *first).collect();
             firsts.sort_unstable();

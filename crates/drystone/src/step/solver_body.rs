@@ -1,4 +1,5 @@
-//! The solver's own rows: whitened bodies, and blocks of eight constraints.
+//! Rows of the solver for bodies: whitened velocities and displacements, and their access for eight
+//! lanes.
 //!
 //! Symbols: α = 1/√m, S = R diag(1/√I) Rᵀ; v̂ = v/α, ŵ = S⁻¹ω. A row of a constraint along n at
 //! the arm r is one vector `a = S (r × n)`: it reads the velocity (`a · ŵ`) and takes the impulse
@@ -24,8 +25,9 @@ pub(crate) fn whitened(v: Vec3, alpha: f32) -> [f32; 4] {
     four(v * (1.0 / alpha))
 }
 
-/// The velocity of a line that began with velocity `v`. By how much it has changed where that is little: √m v / √m is not v, and
-/// what went on as before lost or won up to 6e-8 of its speed in every step, always the same way.
+/// Velocity of a solver body that began with velocity `v`. A small change is added to `v` instead,
+/// since √m v / √m is not exactly v. Otherwise an undisturbed body gained or lost up to 6e-8 of its
+/// speed in every step, always in the same direction.
 pub(crate) fn unwhitened(v: Vec3, line: &SolverBody, alpha: f32) -> Vec3 {
     let (start, mut end) = (whitened(v, alpha), three(line.v) * alpha);
     for i in 0..3 {
@@ -37,7 +39,8 @@ pub(crate) fn unwhitened(v: Vec3, line: &SolverBody, alpha: f32) -> Vec3 {
     end
 }
 
-/// A body in the solver: one cache line. SolverBody 0 is everything that cannot be pushed: always zero.
+/// A body in the solver: one cache line. Row 0 stands for everything that cannot be pushed: always
+/// zero.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct SolverBody {
@@ -45,9 +48,9 @@ pub(crate) struct SolverBody {
     pub(crate) v: [f32; 4],
     /// ŵ
     pub(crate) w: [f32; 4],
-    /// Change of position since the step's start, /α.
+    /// Displacement since the step's start, divided by α.
     pub(crate) x: [f32; 4],
-    /// Change of rotation (vector) since the step's start, S⁻¹.
+    /// Change of rotation (vector) since the step's start, times S⁻¹.
     pub(crate) t: [f32; 4],
 }
 
@@ -73,7 +76,7 @@ impl Whitening {
         Sym3 { xx, yy, zz, xy, xz, yz }
     }
 
-    /// α and S of bodies, lane by lane.
+    /// α and S of eight bodies, in lanes.
     #[inline(always)]
     pub(crate) fn gather<S: Simd>(simd: S, of: [&Self; LANES]) -> (Wide<S>, Sym3w<S>) {
         let (mut diagonal, mut rest) = ([&of[0].diagonal; LANES], [&of[0].rest; LANES]);
@@ -140,7 +143,7 @@ pub(crate) fn load_motion<S: Simd>(
     Velocity { v: gather(simd, x), w: gather(simd, t) }
 }
 
-/// Writes velocities back. SolverBody 0 is everyone's, and is never written.
+/// Writes velocities back. Row 0 is shared by all, and is never written.
 #[inline(always)]
 pub(crate) fn store_velocity<S: Simd>(
     simd: S,

@@ -1,11 +1,14 @@
-//! The stage `sweep`: fast bodies are stopped at what is on their way, instead of passing through it.
+//! The stage `sweep`: stops fast bodies at the first impact on their path, so that they do not pass
+//! through anything.
 //!
-//! Reads: shapes, bounds, joints, contacts. Writes: bodies (pose), bounds. Runs: parallel over fast bodies and pairs; what is
-//! found is applied in body order, and in that of time. First a ray from the old to the new center must not cross a fixed
-//! shape, nor a body that was clear of it end deep in it: contacts made within a body's size are the solver's, so this is
-//! only for bodies that move farther than half their inner size in a step. Then what moves against each other is stopped
-//! where it meets (docs/decisions/032-continuous-collision.md): velocities stay, so the contact of the next step has the
-//! whole blow.
+//! Reads: shapes, bounds, joints, contacts. Writes: bodies (pose), bounds. Runs: in parallel over
+//! fast bodies and pairs; results are applied in body order, then in order of time.
+//! The stage has two parts. First, a ray from the old to the new center must not cross a static
+//! shape, and a body that was clear of it must not end deep in it. Contacts made within a body's
+//! size are left to the solver, so this part applies only to bodies that move farther than half
+//! their inner size in a step. Second, bodies that move against each other are stopped at their
+//! impact (docs/decisions/032-continuous-collision.md). Velocities stay, so the contact of the next
+//! step receives the whole impact.
 
 mod asks;
 mod meetings;
@@ -34,24 +37,25 @@ use crate::state::events::SensorEvent;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
 
-/// How far beyond its way a body's ray is cast, in its own sizes: what comes in flatter than 1 in 5 moves
-/// less than its size toward the surface in a step of five, and has contacts before it is there.
+/// Distance by which a body's ray extends beyond its path, in body sizes. A body that approaches at
+/// an angle flatter than 1 in 5 moves less than its size toward the surface in a step of five
+/// sizes, and has contacts before it arrives.
 const SIZES_AHEAD: f32 = 5.0;
 
-/// So many pairs at most are asked whether they came near for each ray that may be saved by it: they stand in a row, and a
-/// ray goes through the trees of shapes and of a mesh.
+/// Maximum number of pairs tested for nearness, for each ray that the test may save. Pairs are
+/// contiguous in memory, while a ray traverses the trees of shapes and of a mesh.
 const ASKED: usize = 32;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     fast: Vec<Flight>,
-    /// The number of each body among these.
+    /// Index in `fast` of each body.
     flight_of: Sparse,
-    /// Bodies that may have come to a static one they are a pair with.
+    /// Bodies that may have reached a static body of one of their pairs.
     near: BitSet,
     met: Vec<Met>,
-    /// Row and where the center is to be.
+    /// Row, and the new center.
     stopped: Vec<Vec<(u32, Vec3)>>,
     meetings: meetings::Scratch,
     stops: stops::Scratch,
@@ -59,13 +63,14 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// What went through sensors in the last step, into them and out again.
+    /// Sensors that a shape entered and left within the last step.
     pub(crate) fn crossed(&self) -> &[SensorEvent] {
         self.stops.crossed()
     }
 }
 
-/// Of some watched pairs: bodies that may have come to a static one, contacts of fast bodies that may have met.
+/// Result for some watched pairs: bodies that may have reached a static one, and contacts of fast
+/// bodies that may have met.
 #[derive(Clone, Debug, Default)]
 struct Met {
     near: Vec<u32>,
@@ -79,7 +84,7 @@ impl Output for Met {
     }
 }
 
-/// Stops fast bodies at the first thing on their way.
+/// Stops fast bodies at the first shape on their path.
 pub(crate) fn stop_fast_bodies<'a>(
     ctx: &StepContext,
     flights: impl Iterator<Item = &'a [Flight]>,
@@ -116,7 +121,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     let around = Around { bodies, shapes, bounds, asks: hooked };
     collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |range, out| {
         for Flight { row, from, stood, in_boxes, .. } in &fast[range] {
-            // All that it may have met is a pair with it, and still apart.
+            // Pairs exist with everything that it may have met, and all of them are still apart.
             if asks && *in_boxes && !near.contains(*row) {
                 continue;
             }
@@ -151,7 +156,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     }
 }
 
-/// Finds the bodies that may have come to a static one, and the contacts of fast ones that may have met.
+/// Finds bodies that may have reached a static one, and contacts of fast bodies that may have met.
 fn find_met(
     bodies: &Bodies,
     watches: &[Watch],
@@ -176,7 +181,7 @@ fn find_met(
     });
 }
 
-/// What stands around.
+/// Tables that the rays need.
 struct Around<'a> {
     bodies: &'a Bodies,
     shapes: &'a Shapes,
@@ -184,19 +189,19 @@ struct Around<'a> {
     asks: Option<Asks<'a>>,
 }
 
-/// What is swept: a body, or a part of one.
+/// A swept object: a body, or a part of one.
 struct Swept<'a> {
     body: &'a Body,
     shapes: &'a [u32],
-    /// Where its middle is [m, frame of the center of mass].
+    /// Center of its bounds [m, frame of the center of mass].
     middle: Vec3,
-    /// Greatest distance from the middle to its surface [m].
+    /// Maximum distance from the middle to its surface [m].
     extent: f32,
 }
 
-/// The part of its way after which the body is to stop at a fixed shape. One whose center of mass is outside
-/// of itself, as a ring's, is swept shape by shape: what its center meets says nothing, and a ring would
-/// hang on the top of the peg that goes through it.
+/// Part of its path after which the body stops at a static shape. A body with its center of mass
+/// outside of itself, such as a ring, is swept shape by shape. The ray of its center is
+/// meaningless, and a ring would hang on the top of the peg that goes through it.
 fn first_stop(
     body: &Body,
     row: u32,
@@ -240,7 +245,7 @@ fn first_stop_of(
         let s = shapes.at(s);
         s.is_solid() && s.filter.collides_with(other.filter)
     };
-    // Who is stopped somewhere is stopped as it stands at the end.
+    // A stopped body has the rotation of the end of the step.
     let is_held = |item: u32, shape: &ShapeRow, stop: f32| {
         let Some(asks) = asks else { return true };
         let own =
@@ -255,7 +260,7 @@ fn first_stop_of(
     let ahead = SIZES_AHEAD * swept.extent / delta.length();
     let mut first = None;
     bounds.fixed.ray(&Ray::new(from, delta), 1.0 + ahead, |item| {
-        // What is farther than that behind the first stop stops the body no earlier.
+        // A shape farther behind the first stop than this stops the body no earlier.
         let limit = first.unwrap_or(1.0) + ahead;
         let shape = shapes.at(item);
         let passes = shape.body == row || shape.sensor || bodies.are_strangers(row, shape.body);
@@ -277,10 +282,10 @@ fn first_stop_of(
     first
 }
 
-/// Where a body stops whose middle's ray meets a surface: with its own surface about at that of the
-/// shape, and the next step's contacts do the rest. A body stopped deeper could be knocked on by another
-/// until its center is inside a thin wall, and a leg of it that came through would be pushed out on
-/// the other side.
+/// Part of the path at which a body stops whose middle's ray meets a surface: with the two surfaces
+/// about touching, so that the next step's contacts do the rest. Another body could push a body
+/// that was stopped deeper until its center is inside a thin wall. A leg of it that came through
+/// would then be pushed out on the other side.
 fn stop_at(
     swept: &Swept<'_>,
     stood: Quat,
@@ -290,7 +295,7 @@ fn stop_at(
 ) -> Option<f32> {
     let closing = -normal.dot(delta);
     if fraction > 1.0 && (fraction - 1.0) * closing > swept.extent - swept.body.inner {
-        // It ends higher than it can reach.
+        // It ends farther from the surface than it can reach.
         return None;
     }
     let far = fraction * closing;
@@ -301,8 +306,8 @@ fn stop_at(
         let direction = (normal, f32::INFINITY);
         let reach = reach_against(swept, swept.body.rotation, direction, shapes);
         let height = (fraction - 1.0) * closing;
-        // To less than that a contact answers, by the energy it has at the surface; to be taken back is
-        // to be lifted.
+        // Contacts resolve a smaller depth, with the energy that the body has at the surface;
+        // moving the body back would lift it.
         let deep = height < reach - swept.body.inner;
         return deep.then(|| fraction - (reach - 0.05 * swept.body.inner) / closing);
     }
@@ -310,8 +315,8 @@ fn stop_at(
     (fraction <= 1.0).then(|| fraction - 0.95 * swept.body.inner / delta.length())
 }
 
-/// How far what is swept stands out from its middle against a direction [m]. If that is more than `enough`, something
-/// between the two may be the answer.
+/// Extent of a swept object from its middle, against a direction [m]. Stops early above `enough`: a
+/// greater value then need not be exact.
 fn reach_against(
     swept: &Swept<'_>,
     rotation: Quat,
@@ -325,7 +330,7 @@ fn reach_against(
     let mut reach = 0.0_f32;
     for row in swept.shapes {
         let shape = shapes.at(*row);
-        // A body of many shapes reaches by one.
+        // In a body with many shapes, one shape determines the reach.
         let (center, radius) = shape.solid.ball();
         let ball = middle + 1.001 * radius - seen.dot(shape.centered.point(center));
         if shape.is_solid() && ball > reach {
@@ -350,8 +355,8 @@ mod tests {
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::world::World;
 
-    /// Bodies of one shape and of two, shot about in a room of thin walls with a step and a pillar, and others that fall into
-    /// it.
+    /// Bodies with one shape and with two, shot about in a room of thin walls with a step and a
+    /// pillar, and others that fall into it.
     fn room(random: &mut Random) -> World {
         let mut world = World::default();
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {

@@ -1,4 +1,5 @@
-//! Touches that began and ended in a step: what stages note of them, for [`report`](super::report).
+//! Touches that began and ended in a step: records that stages collect for
+//! [`report`](super::report).
 
 use crate::state::bodies::Bodies;
 use crate::state::contacts::Contact;
@@ -10,7 +11,7 @@ use crate::state::shapes::Shapes;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Touches {
     pub(crate) ends: Vec<ContactEvent>,
-    /// With true for an overlap that began.
+    /// With true for an overlap that began, false for one that ended.
     pub(crate) sensed: Vec<(SensorEvent, bool)>,
 }
 
@@ -35,7 +36,7 @@ impl Touches {
     }
 }
 
-/// Whether the begin and the end of a touch are reported.
+/// True if the begin and the end of a touch are reported.
 pub(crate) fn reports_touch(c: &Contact, shapes: &Shapes) -> bool {
     shapes.at(c.shape_a).reports.touch(shapes.at(c.shape_b).reports)
 }
@@ -50,7 +51,8 @@ pub(crate) fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> Co
     }
 }
 
-/// Sensor events of two shapes that begin or cease to overlap: one for each of them that sees the other.
+/// Sensor events of two shapes whose overlap begins or ends: one for each sensor of them that sees
+/// the other.
 pub(crate) fn events_between(
     [a, b]: [u32; 2],
     shapes: &Shapes,

@@ -1,5 +1,5 @@
-//! What contacts do among the sets: told beforehand, contact by contact, so that of the tables each can be seen to by itself, in
-//! the order of the list.
+//! Deferred color and island changes, recorded for each contact so that each table can be updated
+//! independently, in the order of the list.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::Sets;
@@ -12,34 +12,34 @@ use crate::state::contacts::{Contact, Slots};
 use crate::state::def::BodyKind;
 use crate::state::islands::Islands;
 
-/// So many ahead, what is written of a contact or a body is asked for.
+/// Prefetch distance for contacts and bodies, in changes.
 const PREFETCH: usize = 6;
 
-/// What becomes of a contact in the colors.
+/// Change of a contact in the colors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Move {
-    /// Nothing.
+    /// No change.
     Stays,
-    /// It stays in its color, which is to be put in order: it has another number of points.
+    /// The contact stays in its color, which must be sorted: its number of points changed.
     Changes,
-    /// It gets a color.
+    /// The contact is added to a color.
     Enters,
-    /// The same, and its bodies are no longer still.
+    /// The contact is added to a color, and the still times of its bodies restart.
     Rouses,
-    /// It loses its color.
+    /// The contact is removed from its color.
     Leaves,
 }
 
-/// What a contact does.
+/// Deferred change of one contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
     row: u32,
-    /// The dynamic ones first.
+    /// The bodies, dynamic ones first.
     bodies: [u32; 2],
-    /// How many of them are dynamic.
+    /// Number of dynamic bodies.
     dynamic: u8,
     what: Move,
-    /// It no longer connects its bodies.
+    /// The contact no longer connects its bodies.
     cuts: bool,
 }
 
@@ -57,7 +57,7 @@ impl Turn {
         &self.bodies[..usize::from(self.dynamic)]
     }
 
-    /// How many more contacts are in the colors.
+    /// Change in the number of colored contacts.
     const fn more(&self) -> isize {
         match self.what {
             Move::Enters | Move::Rouses if self.dynamic > 0 => 1,
@@ -66,12 +66,12 @@ impl Turn {
         }
     }
 
-    /// And how many of those are special; `c` is the contact.
+    /// Change in the number of special colored contacts; `c` is the contact.
     fn more_special(&self, c: &Contact, bodies: &Bodies) -> isize {
         if self.more() != 0 && c.is_special(bodies) { self.more() } else { 0 }
     }
 
-    /// Sees to the colors of contacts with so many dynamic bodies.
+    /// Applies the change to the coloring for this number of dynamic bodies.
     pub(super) fn color(&self, coloring: &mut Coloring, slots: Slots<'_>) {
         let Some(contact) = slots.row(self.row as usize) else { return };
         match self.what {
@@ -90,7 +90,7 @@ impl Turn {
         }
     }
 
-    /// Sees to the bodies and their islands.
+    /// Applies the change to the bodies and their islands.
     pub(super) fn tie(&self, islands: &mut Islands, bodies: &mut Bodies) {
         if self.what == Move::Rouses {
             for body in self.bodies {
@@ -117,15 +117,15 @@ impl Turn {
     }
 }
 
-/// What some contacts do, in order.
+/// Deferred changes of some contacts, in order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SetChanges {
     list: Vec<Turn>,
-    /// How many more contacts in the colors are special.
+    /// Change in the number of special contacts in the colors.
     special: isize,
-    /// Some get a color or lose it.
+    /// True if a contact is added to a color or removed from one.
     recolors: bool,
-    /// What is removed when all of this is done.
+    /// Contacts to remove after all changes.
     pub(crate) gone: Vec<Leaver>,
 }
 
@@ -145,7 +145,7 @@ impl SetChanges {
         self.list.len()
     }
 
-    /// A contact does this, and ceases to connect its bodies or not.
+    /// Records a change of a contact; `cuts`: it ceases to connect its bodies.
     pub(crate) fn add(&mut self, row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) {
         let turn = Turn::new(row, c, what, cuts, bodies);
         self.list.push(turn);
@@ -153,7 +153,7 @@ impl SetChanges {
         self.special += turn.more_special(c, bodies);
     }
 
-    /// A contact is removed.
+    /// Records the removal of a contact.
     pub(crate) fn remove(&mut self, row: u32, c: &Contact, bodies: &Bodies) {
         let what = if c.place.is_somewhere() { Move::Leaves } else { Move::Stays };
         let cuts = c.count > 0;
@@ -165,7 +165,7 @@ impl SetChanges {
 }
 
 impl Sets<'_> {
-    /// Carries out what was told of contacts. `gone` is memory.
+    /// Applies the recorded changes. `gone`: reused memory.
     pub(crate) fn carry_out<'t>(
         &mut self,
         effects: impl Iterator<Item = &'t SetChanges> + Clone + Sync,
@@ -190,7 +190,7 @@ impl Sets<'_> {
         contacts.leave(gone, bodies, jobs);
     }
 
-    /// One contact gets a color or loses it.
+    /// Adds one contact to a color or removes it.
     pub(super) fn turn(&mut self, row: u32, what: Move) {
         let contact = self.contacts.at(row);
         let turn = Turn::new(row, contact, what, false, self.bodies);

@@ -8,12 +8,12 @@ pub(crate) struct Softness {
     /// Error removed per time [1/s], times `mass`.
     pub(crate) rate: f32,
     pub(crate) mass: f32,
-    /// Part of the accumulated impulse given back.
+    /// Part of the accumulated impulse that is given back.
     pub(crate) impulse: f32,
 }
 
 impl Softness {
-    /// No spring: removes velocity, leaves the error.
+    /// No spring: removes velocity and keeps the error.
     pub(crate) const RIGID: Self = Self { rate: 0.0, mass: 1.0, impulse: 0.0 };
 
     /// A spring of this frequency [Hz] and damping ratio, for substeps of `h` [s].
@@ -30,16 +30,15 @@ impl Softness {
         Self { rate: omega / a1 * mass, mass, impulse }
     }
 
-    /// `c h K + k h² K` of the spring, with K the inverse mass that it is on: how hard it is for a substep. Infinite if
-    /// it is none.
+    /// Hardness for a substep: `c h K + k h² K` of the spring, where K is the inverse mass that it
+    /// acts on. Infinite for [`RIGID`](Self::RIGID).
     pub(crate) const fn hardness(&self) -> f32 {
         self.mass / self.impulse
     }
 }
 
-/// A soft constraint in the equations of many that are solved at once, [Catto11]:
-/// `velocity + rate · error + compliance · K · accumulated = 0`, with K the inverse mass that it is a spring
-/// of.
+/// A soft constraint in a system of equations that is solved at once [Catto11]: `velocity + rate ·
+/// error + compliance · K · accumulated = 0`, where K is the inverse mass that the spring acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Compliance {
     /// Error removed per time [1/s].

@@ -13,14 +13,14 @@ use crate::base::simd::wide::LANES;
 use crate::state::bodies::Body;
 use crate::step::context::StepContext;
 
-/// What free rotation makes of the angular velocities [rad/s] of up to eight bodies; 0 where there is none.
+/// Angular velocities of up to eight bodies after a free rotation [rad/s]; 0 for empty slots.
 pub(crate) fn turned_eight(
     ctx: &StepContext,
     spins: &[Option<(Spin, Vec3)>; LANES],
 ) -> [Vec3; LANES] {
     let mut turned = [Vec3::ZERO; LANES];
     let Some(first) = spins.iter().flatten().next() else { return turned };
-    // Of few, lanes are no faster.
+    // For so few bodies the lanes are no faster.
     if spins.iter().flatten().count() <= 2 {
         for (turned, spin) in turned.iter_mut().zip(spins) {
             if let Some((spin, w)) = spin {
@@ -31,7 +31,7 @@ pub(crate) fn turned_eight(
     }
     let mut tops = Tops::default();
     for (lane, spin) in spins.iter().enumerate() {
-        // Idle lanes do what the first one does.
+        // Idle lanes repeat the first body.
         let (spin, w) = spin.as_ref().unwrap_or(first);
         tops.fill(lane, spin, DVec3::from(*w));
     }
@@ -45,7 +45,7 @@ pub(crate) fn turned_eight(
     turned
 }
 
-/// What is read of eight bodies that turn freely.
+/// Inputs of eight freely turning bodies.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Tops {
@@ -67,7 +67,7 @@ impl Tops {
         }
         (self.w[0][lane], self.w[1][lane], self.w[2][lane]) = (w.x, w.y, w.z);
         let m = spin.moments.to_array();
-        // Moments are above 0, and of different `f32` the inverse is different too.
+        // Moments are above 0, and different `f32` moments have different inverses.
         let order = Order::of(-DVec3::from(spin.moments));
         for i in 0..3 {
             self.moments[i][lane] = m[i];
@@ -77,7 +77,7 @@ impl Tops {
     }
 }
 
-/// What free rotation makes of eight bodies.
+/// Results of free rotation for eight bodies.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Ends {
@@ -100,7 +100,7 @@ impl Ends {
     }
 }
 
-/// As [`rotate_freely`].
+/// [`rotate_freely`] for eight bodies.
 #[inline(always)]
 pub(crate) fn turn_eight<S: Simd>(simd: S, tops: &Tops, dt: f32, substeps: u32, ends: &mut Ends) {
     let (one, half) = (splat(simd, 1.0), splat(simd, 0.5));
@@ -149,7 +149,7 @@ pub(crate) fn turn_eight<S: Simd>(simd: S, tops: &Tops, dt: f32, substeps: u32, 
     w.z.store_array(&mut ends.w[2]);
 }
 
-/// As [`turning_parts`].
+/// [`turning_parts`] for eight bodies.
 #[inline(always)]
 pub(crate) fn parts_of<S: Simd>(simd: S, substeps: u32, a: DWide<S>, b: DWide<S>) -> DWide<S> {
     let product = a * b * (a + b);
@@ -175,7 +175,7 @@ pub(crate) fn parts_of<S: Simd>(simd: S, substeps: u32, a: DWide<S>, b: DWide<S>
     }
 }
 
-/// As [`half_turn`].
+/// [`half_turn`] for eight angles.
 #[inline(always)]
 pub(crate) fn half_turns<S: Simd>(simd: S, x: DWide<S>) -> (DWide<S>, DWide<S>) {
     let (one, half, two) = (splat(simd, 1.0), splat(simd, 0.5), splat(simd, 2.0));
@@ -205,7 +205,7 @@ pub(crate) fn half_turns<S: Simd>(simd: S, x: DWide<S>) -> (DWide<S>, DWide<S>) 
     (sine, cosine)
 }
 
-/// Eight of [`Order`]: whether the first, second and third axis is x, and whether it is y.
+/// Eight [`Order`]s: whether the first, second and third axis is x, and whether it is y.
 pub(crate) struct Orders<S: Simd> {
     is_x: [DMask<S>; 3],
     is_y: [DMask<S>; 3],
@@ -252,14 +252,14 @@ impl<S: Simd> Orders<S> {
     }
 }
 
-/// Eight of [`Top`].
+/// Eight [`Top`]s.
 pub(crate) struct Topw<S: Simd> {
     q: [DWide<S>; 4],
     l: [DWide<S>; 3],
 }
 
 impl<S: Simd> Topw<S> {
-    /// As [`Top::turn`], where `turns`.
+    /// [`Top::turn`] for the lanes in `turns`.
     #[inline(always)]
     fn turn(&mut self, simd: S, [i, j, k]: [usize; 3], rate: DWide<S>, turns: DMask<S>) {
         let (q, l) = (&mut self.q, &mut self.l);

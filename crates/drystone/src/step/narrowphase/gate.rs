@@ -1,4 +1,4 @@
-//! Which contacts a pair lets act, where that is asked in each step: of surfaces that hold from one side only, and of shapes
+//! Gate: decides which manifolds of a pair become contacts, for one-way surfaces and for shapes
 //! with hooks.
 
 use super::lent::Pairs;
@@ -14,21 +14,21 @@ use crate::step::hooks::{HookedContact, Hooks, Motion, Surface};
 use crate::step::one_way;
 use crate::step::one_way::Fronts;
 
-/// What decides over the contacts of a pair.
+/// Inputs of the decision on the contacts of a pair.
 pub(super) struct Gate<'a> {
     fronts: Fronts,
     hooks: Option<&'a Hooks<'a>>,
     ids: [(ShapeId, BodyId); 2],
     shapes: [&'a ShapeRow; 2],
     bodies: [&'a Body; 2],
-    /// It had points before.
+    /// The pair had points before.
     held: bool,
     touched: bool,
-    /// That of the shapes.
+    /// Friction, restitution and softness that follow from the shapes.
     surface: Surface,
 }
 
-/// What a contact that is let act does.
+/// Surface properties of an admitted contact.
 #[derive(Clone, Copy)]
 pub(super) struct Admitted {
     surface: Surface,
@@ -36,7 +36,7 @@ pub(super) struct Admitted {
 }
 
 impl Admitted {
-    /// Tells the contact, whose row this is.
+    /// Stores them in the contact, whose row is given.
     pub(super) fn tell(&self, row: u32, contact: &mut Contact, softened: &Rows<'_, Softened>) {
         let Surface { friction, restitution, softness } = self.surface;
         (contact.friction, contact.restitution) = (friction, restitution);
@@ -68,7 +68,7 @@ impl<'a> Pairs<'a> {
 }
 
 impl Gate<'_> {
-    /// What a contact with this manifold does; `None` if it is let through.
+    /// Surface properties of a contact with this manifold; `None` if the shapes pass each other.
     pub(super) fn admit(
         &self,
         ctx: &StepContext,

@@ -1,4 +1,5 @@
-//! Manifolds that are kept, and what a new one takes over from the old one: impulses, and what the contact gave under its load.
+//! Manifold persistence: recycles manifolds, and carries impulses and compression under load over
+//! to new ones.
 
 use super::settling::{answer, settle};
 use crate::base::math::Vec3;
@@ -7,9 +8,9 @@ use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::{Contact, Point, Probe, Slots};
 use crate::step::context::StepContext;
 
-/// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.
-/// Frozen anchors are what keeps tall walls from buckling (docs/derivations/soft-step.md). `lands`: the bodies are so fast that a
-/// point may land.
+/// Keeps points, anchors and normal, and recomputes the separations; false if the manifold must be
+/// rebuilt. Frozen anchors keep tall walls from buckling (docs/derivations/soft-step.md). `lands`:
+/// the bodies are so fast that a point may land.
 pub(super) fn recycle(
     ctx: &StepContext,
     contact: &mut Contact,
@@ -18,12 +19,12 @@ pub(super) fn recycle(
     slots: &Slots<'_>,
     lands: bool,
 ) -> bool {
-    // Rows of a pair lie apart: those without points are not visited.
+    // The manifolds of a pair are not adjacent in memory, so those without points are not visited.
     let several = contact.others > 0;
     let mut part = Some(contact);
     while let Some(contact) = part {
         let normal = contact.normal;
-        // The normal turned back with both bodies: then the anchors need no turning.
+        // The normal is rotated back with both bodies, so the anchors need no rotation.
         let n_a = probe.rotation_a.rotate(a.rotation.unrotate(normal));
         let n_b = probe.rotation_b.rotate(b.rotation.unrotate(normal));
         let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
@@ -48,8 +49,9 @@ pub(super) fn recycle(
     true
 }
 
-/// Notes how fast the points of a touching contact come together that bear nothing, of bodies with these velocities of the
-/// center and angular velocities [m/s, rad/s; world]. The far end of a plank that falls over lands so.
+/// Records the approach speed of a touching contact's points without impulse, for bodies with these
+/// velocities of the center and angular velocities [m/s, rad/s; world]. The far end of a plank that
+/// falls over lands in this way.
 #[inline]
 pub(crate) fn note_landing(contact: &mut Contact, [[v_a, w_a], [v_b, w_b]]: [[Vec3; 2]; 2]) {
     let (normal, offset) = (contact.normal, contact.offset);
@@ -63,9 +65,10 @@ pub(crate) fn note_landing(contact: &mut Contact, [[v_a, w_a], [v_b, w_b]]: [[Ve
     contact.set_approach(approach);
 }
 
-/// What a loaded contact gave in substeps of another length is no overlap in those of this step. Stiffness follows the substep: as time
-/// slowed down, the depth that carried the load was an error, was pushed out, and a stack that rested hopped by its
-/// own height. So the points are as far apart as if the contact had given by this step's stiffness.
+/// Corrects separations for substeps of another length: the depth of a loaded contact then must not
+/// count as overlap. Stiffness follows from the substep. As time slowed down, the depth that
+/// carried the load became an error and was pushed out, and a stack at rest hopped by its own
+/// height. So separations are set as if the contact had been compressed with this step's stiffness.
 pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &Body) {
     let last_h = if a.is_dynamic() { a.last_h } else { b.last_h };
     settle(ctx, contact, [a, b]);
@@ -74,7 +77,7 @@ pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &
         return;
     }
     let both = a.is_dynamic() && b.is_dynamic();
-    // With static bodies they are of twice the frequency.
+    // Contacts with static bodies have twice the frequency.
     let more = if both { more } else { 0.25 * more } / last_h;
     let (normal, offset) = (contact.normal, contact.offset);
     let count = usize::from(contact.count);
@@ -86,9 +89,9 @@ pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &
     }
 }
 
-/// The impulse of the old point that a new one continues, and takes it away from it: the one of the same
-/// feature, else the nearest one that is near. (Features change names when the two faces of a flush
-/// contact change roles; without its impulses a loaded contact would give way for a step.)
+/// Takes the impulse of the old point that a new point continues: the point of the same feature,
+/// else the nearest one that is near. (Features change names when the two faces of a flush contact
+/// change roles; without its impulses a loaded contact would yield for a step.)
 pub(super) fn inherit(
     old: &mut [Point],
     feature: u32,
@@ -97,11 +100,11 @@ pub(super) fn inherit(
     a: &Body,
     b: &Body,
 ) -> Option<f32> {
-    // In the frame that A had when the old ones were made.
+    // In the frame that A had when the old points were made.
     inherit_near(old, feature, last.rotate(a.rotation.unrotate(r_a)), a, b)
 }
 
-/// The same, where that point is `here` in the frame of the old ones [m, from A's center].
+/// [`inherit`] for a point at `here`, in the frame of the old points [m, from A's center].
 pub(crate) fn inherit_near(
     old: &mut [Point],
     feature: u32,
@@ -118,16 +121,17 @@ pub(crate) fn inherit_near(
             .min_by(|i, j| distance(&old[*i]).total_cmp(&distance(&old[*j])))?;
         (distance(&old[nearest]) < near).then_some(nearest)
     });
-    // An impulse that was taken is marked by a negative one: impulses are never negative.
+    // A negative value marks an impulse as taken: impulses are never negative.
     found.map(|i| core::mem::replace(&mut old[i].impulse, -1.0))
 }
 
-/// Cosine of the angle by which a normal may turn so that a load is the same one: 0.1 rad.
+/// Cosine of the maximum angle between the normals of a load that continues: 0.1 rad.
 const SAME_NORMAL: f32 = 0.995;
 
-/// Shares the impulses that no new point of a flat disc took over among the new points that took over none: `fresh`, bits. The four
-/// deepest places of a rim change with a lean of a micrometer. Without their impulses what stands on the disc would fall. Points of
-/// other faces are corners, which have names.
+/// Shares the remaining old impulses of a flat disc among the new points that inherited none:
+/// `fresh`, bits. The four deepest places of a rim change with a tilt of a micrometer, and without
+/// their impulses a body on the disc would fall. Points of other faces are corners, which have
+/// names.
 pub(crate) fn share_lost(old: &[Point], (before, fresh): (Vec3, u8), contact: &mut Contact) {
     let is_disc = contact.round_patch && old.len() > 2 && contact.count > 2;
     if !is_disc || fresh == 0 || before.dot(contact.normal) < SAME_NORMAL {

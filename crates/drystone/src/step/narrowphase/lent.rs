@@ -7,7 +7,7 @@ use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::hooks::Hooks;
 
-/// All pairs that are awake, lent to the workers, and what they are read by.
+/// Tables for the narrowphase's workers: awake pairs to write, and the data needed to update them.
 pub(crate) struct Pairs<'a> {
     pub(crate) ctx: &'a StepContext,
     pub(crate) bodies: &'a Bodies,
@@ -16,11 +16,11 @@ pub(crate) struct Pairs<'a> {
     pub(crate) watches: Rows<'a, Watch>,
     pub(crate) probes: Rows<'a, Probe>,
     pub(crate) asked: Asked<'a>,
-    /// So far two bodies come in a step together whose points land, at least: see [`Track::ahead`].
+    /// Minimum approach of two bodies in a step for a point to land: see [`Track::ahead`].
     pub(crate) landing: u32,
 }
 
-/// The hooks of the step, and what they say of softness by contacts' rows; empty without hooks.
+/// Hooks of the step, and the softness that they set, by contact row; empty without hooks.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     pub(crate) hooks: Option<&'a Hooks<'a>>,

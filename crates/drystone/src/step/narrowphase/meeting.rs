@@ -1,13 +1,14 @@
-//! The normal of what a round shape comes to within the step.
+//! Look-ahead normals: the manifold of a round shape where it meets the other shape within the
+//! step.
 //!
-//! The normal between a ball and an edge ahead of it points back along the ball's way, and turns up as the ball comes
-//! near. A contact with the normal of now stops the ball in front of the edge, as a wall would. So a contact that
-//! acts within the step takes its normal, and its arms, from the place where the two meet. Where they do not, it takes
-//! those of the place where they are nearest to each other on the way: what stays in front of that plane does not come
-//! into the other shape.
+//! The normal between a ball and an edge ahead of it points back along the ball's path, and turns
+//! up as the ball comes near. A contact with the present normal stops the ball in front of the
+//! edge, as a wall would. So a contact that acts within the step takes its normal and arms from the
+//! place where the two meet. If they do not meet, it takes those of the place where they are
+//! nearest on the path: a shape that stays in front of that plane does not enter the other shape.
 //!
-//! Between polytopes the normal is mostly that of a face, which does not turn on the way. Of a mesh each triangle
-//! is looked at by itself (`geometry/collide/mesh/round.rs`).
+//! Between polytopes the normal is mostly that of a face, which does not turn along the path. Mesh
+//! triangles are handled one by one (`geometry/collide/mesh/round.rs`).
 
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -18,17 +19,20 @@ use crate::geometry::solid::{Core, Solid};
 use crate::state::bodies::Body;
 use crate::step::context::StepContext;
 
-/// A normal stays as it is if by its turning no more than this part of the radius is gone along it in the step: over the
-/// gap it turns by gap · along / (closing · radius), where `along` is the way beside it, and the way along it is `closing`.
+/// A normal stays if its turning displaces the surface by no more than this part of the radius
+/// within the step. Over the gap it turns by gap · along / (closing · radius), where `along` is the
+/// displacement tangential to it and `closing` the displacement along it.
 const TURN: f32 = 1.0e-3;
 
-/// Halvings of the way to where what passes by is nearest.
+/// Bisection steps to the place on the path where two shapes are nearest.
 const HALVINGS: usize = 6;
 
-/// A shape moves straight if its ends turn about its middle by no more than this part of its way.
+/// A shape moves straight if its ends turn about its middle by no more than this part of its
+/// displacement.
 pub(super) const STRAIGHT: f32 = 0.1;
 
-/// The manifold of the place where the two meet, or of the end of the step; `None` if that of now, `m`, will do.
+/// The manifold at the place where the two meet, or at the end of the step; `None` if the present
+/// manifold `m` is accurate enough.
 pub(super) fn look_ahead(
     ctx: &StepContext,
     [a, b]: [&Body; 2],
@@ -48,7 +52,7 @@ pub(super) fn look_ahead(
     let way = pose_a.local_direction(moves) * ctx.dt;
     let closing = -m.normal.dot(way);
     let along = (way + m.normal * closing).length();
-    // A row acts a substep ahead of the touch, in the last sweep up to a step ahead of it.
+    // A row acts a substep before the touch, and in the last sweep up to a step before it.
     if !(2.0 * closing > nearest) || nearest * along < TURN * radius * radius {
         return None;
     }
@@ -84,8 +88,8 @@ pub(super) fn look_ahead(
     Some(m)
 }
 
-/// The part of a way on which nothing is met where the two are nearest to each other: there the plane between them lies
-/// along the way. `leaves` is above 0 where they move apart.
+/// Part of a path without impact at which two shapes are nearest to each other: there the plane
+/// between them is parallel to the path. `leaves` is positive where they move apart.
 fn nearest_on_way(leaves: impl Fn(f32) -> f32) -> f32 {
     if !(leaves(1.0) > 0.0) {
         return 1.0;
@@ -98,7 +102,7 @@ fn nearest_on_way(leaves: impl Fn(f32) -> f32) -> f32 {
     before
 }
 
-/// Radius about which a normal turns [m]; 0 if it is that of a flat side.
+/// Radius of curvature at which a normal turns [m]; 0 for a flat side.
 fn curvature(solid: &Solid) -> f32 {
     match &solid.core {
         Core::Frustum { radius_bottom, radius_top, .. } => radius_bottom.max(*radius_top),
@@ -106,7 +110,7 @@ fn curvature(solid: &Solid) -> f32 {
     }
 }
 
-/// Of a long round shape half its length [m].
+/// Half the length of an elongated round shape [m].
 fn half_height(solid: &Solid) -> f32 {
     match &solid.core {
         Core::Segment { half_height } | Core::Frustum { half_height, .. } => *half_height,

@@ -1,4 +1,4 @@
-//! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
+//! Pairs of a mesh and a convex shape: updates their several manifolds, each in a row of its own.
 
 use super::change::Change;
 use super::gate::{Admitted, Gate};
@@ -21,14 +21,15 @@ use crate::state::contacts::{Contact, Slots, Softened};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
-/// Cosine of the angle up to which a new manifold may continue an old one: parts change places when
-/// another becomes the deepest, and would start without their impulses.
+/// Minimum cosine of the angle between an old manifold's normal and that of the new one that
+/// continues it. Manifolds change places when another becomes the deepest, and would start without
+/// their impulses.
 const SAME_PART: f32 = 0.9;
 
-/// A hull that turns by more than this in a step rolls, and does not only slide [rad].
+/// Minimum turn in a step by which a hull rolls rather than only slides [rad].
 const ROLLS: f32 = 1.0e-3;
 
-/// Updates all rows of a pair whose first is `contact`.
+/// Updates all manifolds of a pair whose first is `contact`.
 pub(super) fn update(
     ctx: &StepContext,
     mesh: &Mesh,
@@ -40,13 +41,13 @@ pub(super) fn update(
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
-    // Farther than its own size a shape need not look: what is fast is stopped at the surface.
+    // A shape need not search beyond its own size: a fast body is stopped at the surface.
     let ahead = 1.1 * ctx.dt * motion.speed;
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
-    // What has no points gets them when it may be half as near as they are made from, or come that near in this step: most
-    // of what hovers over a surface goes along it.
+    // A contact without points gets them when it may come within half the distance at which points
+    // are made, or that near in this step: most bodies that hover over a surface move along it.
     let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
-    // What turns about the normal sets no other corner down.
+    // Rotation about the normal lowers no other corner.
     let w = b.w - a.w;
     let about = if contact.count > 0 { contact.normal.dot(w) } else { 0.0 };
     let tilt = turn.min(1.1 * ctx.dt * (w - contact.normal * about).length());
@@ -85,7 +86,7 @@ pub(super) fn update(
             corners: ahead > 2.0 * ctx.margin,
             way: if length > most { way * (most / length) } else { way },
             is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
-            // For some steps' way, if the two are apart and may wait.
+            // Room for some steps' displacement, if the two are apart and may skip tests.
             room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
             ..Reach::still(margin).in_lengths(ctx.length)
         }
@@ -101,7 +102,7 @@ pub(super) fn update(
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
     contact.clear = margin.max(made[0].gap);
-    // What slides does not turn, and is kept as it is.
+    // A sliding hull does not turn, and its manifold is kept.
     let comes_down = |m: &Manifold| tilt > room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
     let rolls = tilt > ROLLS && made[..count].iter().any(comes_down);
     if count > 0 && (turn > FAR_TURN || rolls) && !contact.sensor {
@@ -129,7 +130,7 @@ pub(super) fn update(
         if let Some(admitted) = order[slot].and_then(|k| admitted[k]) {
             admitted.tell(row, contact, softened);
         }
-        // Empty rows that stay so need no writing.
+        // Empty rows that stay empty need no writing.
         let idle = manifold.count == 0 && contact.count == 0;
         if !idle {
             rebuild(ctx, (row, contact), &manifold, (&pose_a, last), [a, b], out);
@@ -143,7 +144,7 @@ pub(super) fn update(
     }
 }
 
-/// [`keep_load`] of all parts.
+/// [`keep_load`] for all manifolds of a pair.
 fn keep_loads(ctx: &StepContext, first: &mut Contact, (a, b): (&Body, &Body), slots: &Slots<'_>) {
     keep_load(ctx, first, a, b);
     let mut part = if first.others > 0 { next(first, slots) } else { None };
@@ -153,7 +154,7 @@ fn keep_loads(ctx: &StepContext, first: &mut Contact, (a, b): (&Body, &Body), sl
     }
 }
 
-/// Lists the parts that have points, of a pair whose first part is `first`.
+/// Lists the manifolds with points, of a pair whose first manifold is `first`.
 fn list_parts(
     ctx: &StepContext,
     (row, first): (u32, &Contact),
@@ -184,7 +185,7 @@ fn list_part(
     list_for_solver(ctx, (row, contact), bodies, out);
 }
 
-/// The row of the next part of a pair.
+/// The next manifold of a pair, with its row.
 fn next<'a>(contact: &Contact, slots: &'a Slots<'_>) -> Option<(u32, &'a mut Contact)> {
     let row = contact.next_part;
     (row != NONE).then(|| slots.row(row as usize).as_mut().map(|c| (row, c))).flatten()
@@ -211,19 +212,20 @@ fn may_recycle(
         points += contact.count;
         part = next(contact, slots);
     }
-    // All that had no points is farther than the shape comes in this step: else what is fast must look again, and corners
-    // that were far when a tilted box met the ground on an edge must not be overlooked.
+    // All triangles without points are farther away than the shape moves in this step. Otherwise a
+    // fast shape must be tested again, and corners that were far when a tilted box landed on an
+    // edge must not be missed.
     let seen = motion.since + ahead < contact.clear;
-    // Of a hull that rolls, others may stand nearly as low as those that have points.
+    // Other corners of a rolling hull may be nearly as low as those with points.
     let rolls = turn > ROLLS && matches!(&shape.solid.core, Core::Hull(h) if h.cuboid.is_none());
     let limit = if points < 3 && !seen { 0.2 * limit } else { limit };
     let limit = if rolls { limit.min(0.002 * motion.radius) } else { limit };
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 
-/// Which of the new manifolds goes to which row: to that of the old one with nearly the same normal, so
-/// that it finds its impulses there, the others to what rows are left. The first row is not left
-/// empty.
+/// Assigns the new manifolds to rows: each to the row of the old manifold with nearly the same
+/// normal, so that it finds its impulses there; the others to the remaining rows. The first row is
+/// never left empty.
 fn continue_parts(
     contact: &Contact,
     made: &[Manifold],
@@ -272,7 +274,8 @@ fn continue_parts(
     order
 }
 
-/// Keeps those of the first `count` manifolds that are admitted, in their order, with what they do; gives how many they are.
+/// Keeps the admitted ones of the first `count` manifolds, in their order, with their surface
+/// properties; returns their number.
 fn retain(
     made: &mut [Manifold; MAX_PARTS],
     admitted: &mut [Option<Admitted>; MAX_PARTS],
@@ -359,7 +362,7 @@ mod tests {
         world
     }
 
-    /// Where a point of B's frame is in that of A.
+    /// Position of a point of B's frame in the frame of A.
     fn seen(point: Vec3, [a, b]: [Quat; 2], apart: Vec3) -> Vec3 {
         a.unrotate(apart + b.rotate(point))
     }
@@ -447,7 +450,8 @@ mod tests {
                 let points = made[..n].iter().flat_map(Manifold::points);
                 let depth = -points.map(|p| p.separation).fold(0.0, f32::min);
                 let deep = depth > 1.0e-3;
-                // What an impact at another end sends in within a step is seen in the next one.
+                // Points pushed in by an impact at another end within a step are found in the next
+                // step.
                 if deep && contact.count == 0 {
                     let way = DT * (b.v.length() + b.w.length() * b.extent);
                     assert!(depth < way, "step {step}, shape {}: {depth} m", contact.shape_b);

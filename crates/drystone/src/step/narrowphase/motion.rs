@@ -1,6 +1,6 @@
-//! How convex shapes move against meshes, eight at a time: whether such a pair must be tested, and how far it is looked,
-//! is told by the motion of the shape, not of its body. A long body of many shapes turns little where it stands and much at
-//! its tip.
+//! Motion of convex shapes against meshes, for eight pairs at a time. The motion of the shape, not
+//! of its body, decides whether such a pair must be tested, and its speculative distance. A long
+//! body with many shapes turns little at its center and much at its tip.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -12,23 +12,25 @@ use crate::state::bodies::Body;
 use crate::state::contacts::Probe;
 use crate::state::shapes::ShapeRow;
 
-/// How a convex shape moves against a mesh: that of the corners of the box around its core, between which each of its
-/// points is, and so is its motion. (Its rounding moves as the core does: a ball that turns stays where it is.)
+/// Motion of a convex shape against a mesh: that of the corners of the box around its core. Each
+/// point of the core is between the corners, so its motion is too. (The rounding moves with the
+/// core: a ball that turns stays in place.)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     /// Radius of a ball around the shape [m].
     pub(super) radius: f32,
     /// Velocity of the box's center against the mesh [m/s, frame of the shape's body].
     pub(super) velocity: Vec3,
-    /// Fastest that a corner moves relative to the center, and that added to the speed of the center: an impact at
-    /// another end may stop one of the two and leave the other [m/s].
+    /// Maximum speed of a corner relative to the center, and its sum with the center's speed [m/s].
+    /// The sum is a bound, since an impact at another end may stop one of the two motions and leave
+    /// the other.
     pub(super) spin: f32,
     pub(super) speed: f32,
-    /// How far a corner has moved since the reference, in the frame of the mesh, at most [m].
+    /// Maximum displacement of a corner since the reference, in the frame of the mesh [m].
     pub(super) since: f32,
 }
 
-/// Those of eight shapes.
+/// Motions of eight shapes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motions {
     radius: Lanes,
@@ -52,12 +54,13 @@ impl Motions {
     }
 }
 
-/// What is read of eight pairs of a mesh of body A and a shape of body B, as it lies in the tables. What is in lanes that are
-/// not filled does not matter.
+/// Inputs of eight pairs of a mesh of body A and a shape of body B, in the layout of the tables.
+/// Values of unused lanes do not matter.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(super) struct Pairs {
-    /// Center of B less that of A, now and at the reference [world]; the rounding of the shape.
+    /// Center of B minus that of A, now and at the reference [world]; w: rounding radius of the
+    /// shape.
     offset: Rows,
     offset_then: Rows,
     rotation_a: Rows,
@@ -68,10 +71,10 @@ pub(super) struct Pairs {
     v_b: Rows,
     w_a: Rows,
     w_b: Rows,
-    /// Where the shape sits [frame of B's center of mass].
+    /// Pose of the shape [frame of B's center of mass].
     position: Rows,
     rotation: Rows,
-    /// The box around its core [frame of the shape].
+    /// Box around the shape's core [frame of the shape].
     center: Rows,
     half: Rows,
 }
@@ -96,7 +99,7 @@ impl Pairs {
         self.half[lane] = with(core.half_extents(), 0.0);
     }
 
-    /// Finds out how they move.
+    /// Computes the motions.
     #[inline(always)]
     pub(super) fn find<S: Simd>(&self, simd: S, motions: &mut Motions) {
         let (apart, rounding) = columns(simd, &self.offset);
@@ -121,7 +124,7 @@ impl Pairs {
         let v = rotation_b.unrotate(simd, vectors(simd, &self.v_b) - (v_a + w_a.cross(apart)));
         let velocity = v + w.cross(center);
         let (mut moved, mut spin) = (splat(simd, 0.0), splat(simd, 0.0));
-        // Of each corner and the one that is opposite.
+        // For each corner and the opposite one.
         for arm in [x + y + z, x + y - z, x - y + z, x - y - z] {
             for corner in [center + arm, center - arm] {
                 moved = max(moved, square(turned(&turn, corner) + shift));

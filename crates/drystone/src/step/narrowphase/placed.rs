@@ -1,12 +1,16 @@
-//! What was put down knows its load: a stack that is made at once begins as if it had always stood.
+//! Initial loads: computes the impulses of contacts that bodies were placed on, so that a new stack
+//! begins as if it had always stood.
 //!
-//! A contact learns its load from sweeps, and one sweep a substep spreads a load over N bodies in N² of them. Until then what stands there
-//! falls into itself: fifteen plates of 1 cm to half of their height within a tenth of a second. So a body that nothing bore yet, and that
-//! lies still on a contact whose first points are of this step, is borne from the start. Its contacts get its weight and what stands on it,
-//! from above down, in equal parts. That is a guess of statics, which sweeps correct; it need not be right, but near.
+//! A contact learns its load from sweeps, and one sweep a substep spreads a load over N bodies in
+//! N² of them. Until then such a stack collapses into itself: fifteen plates of 1 cm to half of
+//! their height within a tenth of a second. So this file supports, from the start, a body without
+//! earlier support that lies still on a contact whose first points are of this step. The contacts
+//! below a body share its weight and its load equally, from the top of the stack down. That is a
+//! statics estimate, which sweeps correct; it must be near, not exact.
 //!
-//! Reads: bodies, contacts that carry, what manifolds changed. Writes: contacts (impulses, what they gave), loads of bodies. Runs: on the
-//! caller, over contacts whose first points are of this step. Bodies on joints are left out: those bear, too.
+//! Reads: bodies, contacts that carry, changes of manifolds. Writes: contacts (impulses, settled
+//! depth), loads of bodies. Runs: on the calling thread, over contacts whose first points are of
+//! this step. Bodies with joints are left out, since joints carry loads too.
 
 use super::change::Change;
 use super::settling::{is_still, settle_at_once};
@@ -15,28 +19,30 @@ use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Contact, Contacts};
 use crate::step::context::{GIVES, StepContext};
 
-/// A contact bears if its normal leans from the vertical by less than 45 degrees: the cosine.
+/// Minimum cosine of the angle between the normal of a supporting contact and the vertical: 45
+/// degrees.
 const UPRIGHT: f32 = 0.7;
 
-/// What is deeper than this, in half thicknesses of the thinner body, was not put down; nor what is farther apart than what lies there
-/// may be deep ([`GIVES`]).
+/// Maximum depth of a placed body, in half thicknesses of the thinner body. Its maximum separation
+/// is the depth allowed for a settled contact ([`GIVES`]).
 const DEEP: f32 = 0.2;
 
-/// Nor was what moves or turns faster than by this part of what gravity gives in a step.
+/// Maximum speed and rotation of a placed body, as a part of the speed that gravity gives in a
+/// step.
 const STILL: f32 = 0.1;
 
-/// Memory for more contacts than this is given back.
+/// Capacity for more contacts than this is freed.
 const KEPT: usize = 256;
 
-/// A contact that bears, of one body on another.
+/// A supporting contact: one body stands on another.
 #[derive(Clone, Copy, Debug)]
 struct Bears {
     upper: u32,
     contact: u32,
     lower: u32,
-    /// What it bears [N].
+    /// Load that the contact carries [N].
     load: f32,
-    /// The lower one is borne already, or needs nothing.
+    /// The lower body is supported already, or needs no support.
     is_firm: bool,
 }
 
@@ -45,32 +51,32 @@ struct Bears {
 struct Stands {
     row: u32,
     height: f32,
-    /// First of its contacts, and how many.
+    /// First of its contacts, and their number.
     first: usize,
     count: usize,
-    /// What lies on it [N].
+    /// Load on the body [N].
     load: f32,
     is_grounded: bool,
-    /// Its substeps are taken in parts.
+    /// The body's island subdivides its substeps.
     is_fine: bool,
 }
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Rows that were put down, each once, in order; of the others that come with them, too.
+    /// Rows of placed bodies and of bodies stacked on them, each once, ascending.
     seen: Vec<u32>,
-    /// Those of them that are still to be looked at.
+    /// Rows among these that remain to be processed.
     next: Vec<u32>,
-    /// By the upper body.
+    /// Sorted by the upper body.
     bears: Vec<Bears>,
-    /// By row.
+    /// Sorted by row.
     stands: Vec<Stands>,
-    /// Their places in that list, from below up.
+    /// Indices into `stands`, from the lowest body to the highest.
     order: Vec<usize>,
 }
 
-/// Gives contacts that something was put down on their loads.
+/// Sets the impulses of contacts that bodies were placed on.
 pub(super) fn tell_loads(
     ctx: &StepContext,
     bodies: &mut Bodies,
@@ -142,7 +148,7 @@ pub(super) fn tell_loads(
     }
     share(ctx, bodies, (bears, stands, order));
     if ctx.inertia.is_on() {
-        // What is squeezed answers slowly from now on, and gives less.
+        // Loaded bodies get their inertia factor now, and contacts yield less under it.
         for of in stands.iter().filter(|of| of.is_grounded) {
             let body = bodies.at_mut(of.row);
             body.load = of.load;
@@ -156,13 +162,13 @@ pub(super) fn tell_loads(
         let side = if of.upper == contact.body_b { 1.0 } else { -1.0 };
         put_load(ctx, bodies, contact, up * (side * of.load), is_fine);
     }
-    // Much is put down at once as a world is made, and seldom later.
+    // Many bodies are placed at once when a world is made, and few later.
     if bears.capacity() > KEPT {
         *scratch = Scratch::default();
     }
 }
 
-/// Shares what stands on each body, and its weight, among what bears it; from above down.
+/// Distributes the weight of each body and its load among its supports, from the highest body down.
 fn share(
     ctx: &StepContext,
     bodies: &Bodies,
@@ -190,22 +196,22 @@ fn share(
     }
 }
 
-/// Of a body, by gravity [N].
+/// Weight of a body [N].
 fn weight(ctx: &StepContext, body: &Body) -> f32 {
     body.mass * body.gravity_scale.max(0.0) * ctx.gravity.length()
 }
 
-/// Where a body stands in the list.
+/// Index of a body in the list.
 fn place(stands: &[Stands], row: u32) -> Option<usize> {
     stands.binary_search_by_key(&row, |s| s.row).ok()
 }
 
-/// True if the lower body of a contact can bear something.
+/// True if the lower body of a contact can carry a load.
 fn is_firm(stands: &[Stands], of: &Bears) -> bool {
     place(stands, of.lower).map_or(of.is_firm, |i| stands[i].is_grounded)
 }
 
-/// Finds who stands on the ground, or on what does.
+/// Finds the bodies that stand on the ground, directly or through others.
 fn ground(bears: &[Bears], stands: &mut [Stands], order: &[usize]) {
     for i in order {
         let Stands { first, count, .. } = stands[*i];
@@ -214,7 +220,8 @@ fn ground(bears: &[Bears], stands: &mut [Stands], order: &[usize]) {
     }
 }
 
-/// Finds what will have its substeps in parts, with what it lies on and what lies on it: contacts give less there.
+/// Marks bodies whose island will subdivide its substeps, with the bodies below and above them:
+/// contacts yield less there.
 fn refine(
     ctx: &StepContext,
     bodies: &Bodies,
@@ -241,9 +248,10 @@ fn refine(
     }
 }
 
-/// Gives a contact a force [N] on its body B. It is vertical, as far as friction holds what stands on a slope.
+/// Applies a force [N] on body B to a contact. It is vertical, as far as friction holds the body on
+/// a slope.
 fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, force: Vec3, is_fine: bool) {
-    // On B.
+    // Impulse on B.
     let impulse = force * (ctx.h / ctx.impulse_scale);
     let normal = impulse.dot(contact.normal);
     let tangent = impulse - contact.normal * normal;
@@ -258,25 +266,25 @@ fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, force: Ve
     }
 }
 
-/// What was put down in this step.
+/// The bodies placed in this step, with the tables to search them.
 struct Put<'a> {
     ctx: &'a StepContext,
     bodies: &'a Bodies,
     contacts: &'a Contacts,
     up: Vec3,
-    /// Faster than this is a motion [m/s].
+    /// Minimum speed that counts as motion [m/s].
     least: f32,
 }
 
 impl Put<'_> {
-    /// The upper body of a contact whose first points are of this step, if that bears.
+    /// The upper body of a supporting contact whose first points are of this step.
     fn upper_of_new(&self, row: u32) -> Option<u32> {
         let c = self.contacts.get(row)?;
         let Ends { upper, .. } = (!c.touching).then(|| self.ends(c))??;
         self.may_bear(c, upper).then_some(upper)
     }
 
-    /// Collects what bears a body, unless it is borne already.
+    /// Collects the supports of a body, unless it is supported already.
     fn supports(&self, row: u32, bears: &mut Vec<Bears>) {
         let body = self.bodies.at(row);
         let hangs = (0..3).any(|i| body.locks.linear[i] && self.up[i].abs() > 1.0e-3);
@@ -298,7 +306,7 @@ impl Put<'_> {
         }
     }
 
-    /// True of a body that contacts carry already.
+    /// True if contacts carry the body already.
     fn is_borne(&self, row: u32) -> bool {
         let carried = self.carried(row, |upper| upper == row);
         carried > 0.5 * weight(self.ctx, self.bodies.at(row))
@@ -312,7 +320,7 @@ impl Put<'_> {
         })
     }
 
-    /// Sum of the vertical forces of a body's contacts whose upper body counts [N].
+    /// Sum of the vertical forces of a body's contacts whose upper body satisfies `counts` [N].
     fn carried(&self, row: u32, counts: impl Fn(u32) -> bool) -> f32 {
         let carried = self.contacts.of_body(self.bodies.at(row)).filter_map(|(contact, _)| {
             let c = self.contacts.at(contact);
@@ -324,7 +332,8 @@ impl Put<'_> {
         carried.sum()
     }
 
-    /// Which of a contact's two is above; `None` if neither, or if nothing can lie there.
+    /// The upper and lower body of a contact; `None` if its normal is too flat, or if no body can
+    /// lie there.
     fn ends(&self, c: &Contact) -> Option<Ends> {
         let along = c.normal.dot(self.up);
         let is_upright = c.count > 0 && !c.sensor && along.abs() > UPRIGHT;
@@ -332,7 +341,8 @@ impl Put<'_> {
         is_upright.then_some(Ends { upper, lower, upright: along.abs() })
     }
 
-    /// True if the two of a contact are at each other, and do not move: what rolls does.
+    /// True if the bodies of a contact touch and do not move against each other: a rolling body
+    /// does.
     fn may_bear(&self, c: &Contact, upper: u32) -> bool {
         let [a, b] = [c.body_a, c.body_b].map(|row| self.bodies.at(row));
         let near = self.ctx.most_give([a, b]);
@@ -344,10 +354,10 @@ impl Put<'_> {
     }
 }
 
-/// The two of a contact that bears.
+/// The bodies of a supporting contact.
 struct Ends {
     upper: u32,
     lower: u32,
-    /// Cosine of the angle between its normal and the vertical.
+    /// Cosine of the angle between the contact's normal and the vertical.
     upright: f32,
 }

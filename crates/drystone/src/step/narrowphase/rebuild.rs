@@ -1,4 +1,4 @@
-//! Manifolds made anew or kept.
+//! Convex pairs: decides whether a manifold is recycled, and stores a new one in its contact.
 
 pub(crate) use super::keep::share_lost;
 
@@ -13,50 +13,53 @@ use crate::state::contacts::{Contact, Probe, Watch};
 use crate::state::def::BodyKind;
 use crate::step::context::StepContext;
 
-/// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
+/// Minimum speed of a contact that closes fast: this part of the thinner body's half thickness in a
+/// substep.
 const CLOSES: f32 = 0.03;
 
-/// A pair that turns by more than this in a step turns far [rad]: the separation of a point at a lever r, linear over the step, is off by
-/// half a percent of r.
+/// Minimum turn in a step of a pair that turns far [rad]. The separation of a point at a lever r,
+/// linear over the step, is then off by half a percent of r.
 pub(crate) const FAR_TURN: f32 = 0.1;
 
 /// A pair that is tested.
 pub(crate) struct Look<'a> {
-    /// Of the contact.
+    /// Row of the contact.
     pub(crate) row: u32,
-    /// How far contacts are looked for [m], if that was asked.
+    /// Speculative distance [m], if it was computed.
     pub(crate) reach: Option<f32>,
     pub(crate) watch: &'a mut Watch,
     pub(crate) probe: &'a mut Probe,
     pub(crate) tracks: &'a [Track],
     /// See [`StepContext::per_track`].
     pub(crate) per_track: f32,
-    /// Its bodies are so fast that a point of it may land, as a hit.
+    /// The bodies are so fast that a point of the contact may land, as a hit.
     pub(crate) lands: bool,
 }
 
 impl Look<'_> {
-    /// The shapes are as far apart now [m], 0 if that is not known; motion counts from here on.
+    /// Stores the present distance of the shapes [m], 0 if unknown, and takes the present poses as
+    /// the reference for motion.
     pub(crate) fn restart(&mut self, gap: f32, a: &Body, b: &Body) {
         self.probe.restart(gap, a, b);
         self.open(gap);
     }
 
-    /// The shapes are as far apart now, at least [m].
+    /// Stores a lower bound on the present distance of the shapes [m].
     pub(crate) fn open(&mut self, gap: f32) {
         self.watch.open(gap * self.per_track, self.tracks);
     }
 }
 
-/// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no
-/// less than the chord that a point at unit distance travels.
+/// Twice the chord of two unit quaternions. It equals the angle between the rotations if that is
+/// small, and is at least the chord that a point at unit distance travels.
 pub(crate) fn chord(q: &Quat, q0: &Quat) -> f32 {
     let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
     2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
 }
 
-/// True if the two bodies have hardly moved since the manifold was made, against each other or in the
-/// world, and no corner that it has no point of can come down in this step, in which they turn by `turn` [rad].
+/// True if the manifold may be recycled. The bodies have hardly moved since it was made, against
+/// each other or in the world, and no corner without a point can touch in this step, in which they
+/// turn by `turn` [rad].
 pub(crate) fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
@@ -74,17 +77,20 @@ pub(crate) fn may_recycle(
         return false;
     }
     let turns = turn_a * size(a) + turn_b * size(b);
-    // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
+    // A moving partner with infinite mass (kinematic) turns the normal with it: only tiny turns are
+    // allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
-    // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
+    // At most a quarter of the smaller body's size: a distance that is far for a pebble is near for
+    // a rock.
     let limit = |body: &Body| if body.is_dynamic() { 0.25 * body.extent } else { f32::INFINITY };
     let limit = ctx.recycle_distance.min(limit(a)).min(limit(b));
-    // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
+    // Corners that were far when a tilted box landed on an edge must not be missed.
     let limit = if contact.count < 3 { 0.2 * limit } else { limit };
     shift + turns < limit && !carried(a) && !carried(b)
 }
 
-/// Takes over a new manifold, and lists what that changed. `last` is how A stood when the last one was made.
+/// Stores a new manifold in its contact, and lists the changes. `last`: rotation of A when the last
+/// manifold was made.
 pub(crate) fn rebuild(
     ctx: &StepContext,
     (row, contact): (u32, &mut Contact),
@@ -99,7 +105,7 @@ pub(crate) fn rebuild(
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
-    // Of what is told where B will be, arms and offset are those of then.
+    // For a look-ahead manifold, arms and offset are those of B's future place.
     let shift = pose_a.direction(manifold.shift);
     let offset = b.center - a.center + shift;
     contact.offset = offset;
@@ -125,7 +131,7 @@ pub(crate) fn rebuild(
         let impulse = inherited.unwrap_or(0.0);
         new.renew(r_a, made.separation, impulse, made.feature);
         new.base += normal.dot(shift);
-        // Of a pair that touches only what bears nothing lands: see `note_landing`.
+        // In a touching pair only points without impulse land: see `note_landing`.
         if !contact.touching || !(impulse > 0.0) {
             approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
         }

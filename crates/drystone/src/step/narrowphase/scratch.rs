@@ -1,4 +1,4 @@
-//! Memory of the narrowphase.
+//! Memory of the narrowphase, kept from step to step.
 
 use super::change::Change;
 use super::motion::Motions;
@@ -9,14 +9,14 @@ use crate::geometry::collide::MeshScratch;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     pub(crate) changes: Vec<Vec<Change>>,
-    /// What ghosts of seams lose comes after.
+    /// Changes of ghosts of seams; they follow `changes`.
     pub(super) ghosts: Vec<Change>,
     pub(super) workers: Vec<Worker>,
     pub(super) seams: seams::Scratch,
     pub(super) placed: placed::Scratch,
 }
 
-/// What a worker needs.
+/// Memory of one worker.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Worker {
     pub(super) mesh: MeshScratch,
@@ -25,12 +25,13 @@ pub(crate) struct Worker {
 }
 
 impl Scratch {
-    /// In lists of any lengths, which together are in the order of what is watched; then what ghosts lose.
+    /// Changes in lists of any lengths, together in the order of the awake list; then the changes
+    /// of ghosts.
     pub(crate) fn changes(&self) -> [&[Vec<Change>]; 2] {
         [&self.changes, core::slice::from_ref(&self.ghosts)]
     }
 
-    /// The contacts whose bodies turn far.
+    /// Contacts whose bodies turn far.
     pub(crate) fn turning(&self) -> impl Iterator<Item = u32> {
         self.changes.iter().flatten().filter_map(|change| match change {
             Change::Turns(row) => Some(*row),
@@ -38,12 +39,13 @@ impl Scratch {
         })
     }
 
-    /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
+    /// Contacts that were ghosts of seams: they lost their points, or took the normal of the
+    /// contact that carries the body beside them.
     pub(crate) fn ghosts(&self) -> impl Iterator<Item = u32> {
         self.seams.hidden()
     }
 
-    /// The contacts that close fast.
+    /// Contacts that close fast.
     pub(crate) fn closing(&self) -> impl Iterator<Item = u32> {
         self.changes.iter().flatten().filter_map(|change| match change {
             Change::Closes(row) => Some(*row),

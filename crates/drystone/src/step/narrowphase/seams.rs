@@ -1,17 +1,18 @@
-//! Contacts that only the cut of a surface into shapes makes are taken away.
+//! Ghost contacts: removes contacts that exist only because a flush surface is cut into shapes.
 //!
-//! What slides over shapes that lie flush meets the side of the next one, or its edge, before it is over
-//! it: to that shape alone it is a wall. But the shape that carries the body keeps all of it on one side of
-//! a plane, and where the next shape lies wholly on the other side the two cannot meet. Such a contact
-//! would brake and throw up. Of a mesh the triangles know their neighbors. Where a mesh ends, nothing in it says
-//! whether another mesh goes on there: a contact with such an edge is looked at like one with a shape, but the
-//! edge alone has to lie under the plane.
+//! A body that slides over flush shapes meets the side or the edge of the next one before it is
+//! over it; to that shape alone, this is a wall. But the shape that carries the body keeps all of
+//! it on one side of a plane. If the next shape lies wholly on the other side, the two cannot meet.
+//! Such a contact would brake the body and throw it up. The triangles of a mesh know their
+//! neighbors. Where a mesh ends, its data do not tell whether another mesh continues there. A
+//! contact with such an edge is treated like a contact with a shape, but only the edge has to lie
+//! under the plane.
 //!
-//! Symbols: n1 normal of the contact that carries, towards the carried body, and P its plane, through the
-//! surface of what carries; n2 that of the contact in doubt.
-//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: serially over what may be a ghost or
-//! make one, body by body; parallel over contacts in doubt, which are only read; then serially over what is
-//! taken away.
+//! Symbols: n1 normal of the contact that carries, towards the carried body, and P its plane,
+//! through the surface of the carrying shape; n2 normal of the contact in doubt.
+//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: serially over contacts that
+//! may be ghosts or make others ghosts, body by body; in parallel over contacts in doubt, which are
+//! only read; then serially over the ghosts.
 
 use super::change::Change;
 use crate::base::math::{Vec3, greater, lesser};
@@ -27,32 +28,36 @@ use crate::state::contacts::{Contact, Contacts};
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
 
-/// Shapes are flush up to this part of the carried body's extent, or this angle [rad].
+/// Tolerance within which shapes are flush, as a part of the carried body's extent, or as an angle
+/// [rad].
 const FLUSH: f32 = 1.0e-3;
 
 /// 1 - cos of the angle (1 mrad) from which two normals differ.
 const SAME_NORMAL: f32 = 5.0e-7;
 
-/// Cosine of 5.1°: a flat contact, of three points or more, whose normal leans less carries too. What rests on two tiles and is askew
-/// by some roundings would tip over the end of one otherwise.
+/// Cosine of 5.1°. A flat contact, with three points or more, whose normal tilts less than this
+/// carries the body too. Without it a body that rests on two tiles and is tilted by some roundings
+/// would tip over the end of one.
 const UPRIGHT: f32 = 0.996;
 
-/// How far the carried shape may be under the plane at the end of the step, as a part of its body's extent:
-/// what tips over the end of a shape does come down on the next one.
+/// Maximum depth of the carried shape under the plane at the end of the step, as a part of its
+/// body's extent. A body that tips over the end of a shape does come down on the next one.
 const DIP: f32 = 4.0e-3;
 
-/// What moves less than this part of the smaller one's extent in a step neither slides over another body nor runs
-/// into it: in ten steps it stays within [`FLUSH`]. So piles at rest do not look for seams.
+/// Minimum displacement in a step at which a body slides over another or runs into it, as a part of
+/// the smaller one's extent. Below it the body stays within [`FLUSH`] for ten steps, so piles at
+/// rest do not search for seams.
 const SLIDES: f32 = 1.0e-4;
 
-/// Places are known to this part of their coordinates: two roundings of f32 of each of two bodies.
+/// Relative accuracy of coordinates: two roundings of f32 for each of two bodies.
 const ROUNDING: f32 = 2.4e-7;
 
-/// At most this many contacts of a shape are asked whether they hide another one of it. The question is put for every pair of them: a
-/// shape that lies in a hundred others took minutes a step. A ghost may stay where a shape has more contacts than that.
+/// Maximum number of a shape's contacts that are tested for hiding another one. The test runs for
+/// every pair of them: a shape that lies in a hundred others took minutes a step. A ghost may stay
+/// where a shape has more contacts than that.
 const MOST_ASKED: u32 = 64;
 
-/// So many changes ahead of the one that is looked at its contact is asked for from memory.
+/// Prefetch distance for contacts, in changes.
 const PREFETCH: usize = 8;
 
 /// Memory kept from step to step.
@@ -63,18 +68,18 @@ pub(super) struct Scratch {
     held: Held,
 }
 
-/// A contact that is a ghost, and the normal of what carries [world].
+/// A ghost contact, and the normal of the contact that carries the body [world].
 #[derive(Clone, Copy, Debug)]
 struct Ghost {
     row: u32,
     normal: Vec3,
 }
 
-/// What holds each shape past which another one may carry it. (Its body's list of contacts has all that come near it
-/// too: in a heap of limp people a walk through those was half of the narrowphase.)
+/// Contacts of each shape that may carry it past another one. (The body's list of contacts also has
+/// everything nearby: in a heap of limp people a walk through those was half of the narrowphase.)
 #[derive(Clone, Debug, Default)]
 struct Held {
-    /// First of each shape row, or [`NONE`].
+    /// First entry for each shape row, or [`NONE`].
     first: Sparse,
     holds: Vec<Hold>,
 }
@@ -83,18 +88,18 @@ struct Held {
 #[derive(Clone, Copy, Debug)]
 struct Hold {
     row: u32,
-    /// 0: A is carried; 1: B is.
+    /// 0: A is carried; 1: B is carried.
     side: u32,
     shape: u32,
-    /// What carries stands.
+    /// The carrying body is fixed.
     stands: bool,
-    /// Unit, towards the body, when the manifold was made [world].
+    /// Unit normal towards the carried body, when the manifold was made [world].
     normal: Vec3,
-    /// The next one of the shape, or [`NONE`].
+    /// Next entry of the shape, or [`NONE`].
     next: u32,
 }
 
-/// What a contact with points of two convex shapes is to the search for ghosts, if anything.
+/// Role in the search for ghosts of a contact with points between two convex shapes, if any.
 #[inline]
 pub(super) fn of_convex(
     ctx: &StepContext,
@@ -114,24 +119,24 @@ pub(super) fn of_convex(
     Some(if closes(ctx, contact, a, b) { Change::Made(row) } else { Change::Carries(row) })
 }
 
-/// The same of a manifold with points of a mesh.
+/// Role in the search for ghosts of a mesh manifold with points.
 #[inline]
 pub(super) fn of_mesh(row: u32, contact: &Contact) -> Change {
     if is_at_border(contact) { Change::Made(row) } else { Change::Carries(row) }
 }
 
-/// True if all of it is where a mesh ends.
+/// True if all points are where a mesh ends.
 fn is_at_border(contact: &Contact) -> bool {
     contact.points().iter().all(|p| p.feature & BORDER != 0)
 }
 
-/// True if `under` may have a neighbor for its shape that carries `body` too, at rest or not.
+/// True if the shape of `under` may have a neighbor that carries `body` too, at rest or not.
 #[inline]
 fn is_ground(under: &Body, body: &Body) -> bool {
     body.is_dynamic() && (!under.is_dynamic() || under.shapes.len() > 1)
 }
 
-/// True of two dynamic bodies that move against each other.
+/// True if two dynamic bodies move against each other.
 #[inline]
 fn slides(ctx: &StepContext, a: &Body, b: &Body) -> bool {
     let least = SLIDES * lesser(a.extent, b.extent);
@@ -140,8 +145,8 @@ fn slides(ctx: &StepContext, a: &Body, b: &Body) -> bool {
         && (b.v - a.v).length_squared() * (ctx.dt * ctx.dt) > least * least
 }
 
-/// True if the contact is about to stop something: nothing else can be a ghost. A row acts a substep ahead of the
-/// touch, so on the last sweep it looks that far beyond the step.
+/// True if the contact is about to stop something; only such contacts can be ghosts. A row acts a
+/// substep before the touch, so in the last sweep it looks that far beyond the step.
 fn closes(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
     let least = SLIDES * lesser(a.extent, b.extent);
     contact.points().iter().any(|p| {
@@ -151,19 +156,20 @@ fn closes(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
     })
 }
 
-/// True if it keeps its place.
+/// True if the body keeps its place.
 fn stands(body: &Body) -> bool {
     !body.is_dynamic() && !body.active()
 }
 
 impl Scratch {
-    /// The contacts that were ghosts in this step.
+    /// Contacts that were ghosts in this step.
     pub(super) fn hidden(&self) -> impl Iterator<Item = u32> {
         self.hidden.iter().flatten().map(|ghost| ghost.row)
     }
 }
 
-/// Takes away what [`Change::Made`] lists of contacts that are ghosts, and lists those that lose their points.
+/// Removes the points of [`Change::Made`] contacts that are ghosts, and lists those that lose their
+/// points.
 pub(super) fn hide(
     ctx: &StepContext,
     bodies: &Bodies,
@@ -174,7 +180,7 @@ pub(super) fn hide(
     jobs: &Jobs<'_>,
 ) {
     let Scratch { doubted, hidden, held } = scratch;
-    // In the first step, which makes all else too, not in that of the first touch.
+    // Grows in the first step, with everything else, rather than in the step of the first touch.
     held.first.cover(shapes.rows.slot_count());
     doubted.clear();
     ghosts.clear();
@@ -191,8 +197,8 @@ pub(super) fn hide(
     held.list(ctx, changes, bodies, contacts);
     let seen = Seen { ctx, bodies, shapes, contacts, held };
     collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
-        // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
-        // other both stay.
+        // A hidden contact hides no other, so the order does not matter. If two hide each other,
+        // both stay.
         out.extend(doubted[range].iter().filter_map(|row| {
             let normal = seen.hidden_by(*row, |by| seen.hidden_by(by, |_| true).is_none())?;
             Some(Ghost { row: *row, normal })
@@ -201,7 +207,7 @@ pub(super) fn hide(
     for Ghost { row, normal } in hidden.iter().flatten() {
         let contact = contacts.at_mut(*row);
         if contact.count > 2 && contact.normal.dot(*normal) > UPRIGHT {
-            // It carries too, beside the other: it gets the normal that the surface has.
+            // It carries the body too, beside the other contact, and takes the surface's normal.
             contact.normal = *normal;
             continue;
         }
@@ -221,7 +227,7 @@ pub(super) fn hide(
 }
 
 impl Held {
-    /// Lists what the changes name.
+    /// Lists the contacts that the changes name.
     fn list(
         &mut self,
         ctx: &StepContext,
@@ -262,7 +268,7 @@ impl Held {
         }
     }
 
-    /// What holds a shape.
+    /// Contacts that hold a shape.
     fn of(&self, shape: u32) -> impl Iterator<Item = &Hold> {
         let mut at = self.first.get(shape);
         core::iter::from_fn(move || {
@@ -273,7 +279,7 @@ impl Held {
     }
 }
 
-/// The tables, as they are after all manifolds are made.
+/// The tables after all manifolds are made.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
     ctx: &'a StepContext,
@@ -287,14 +293,14 @@ struct Seen<'a> {
 #[derive(Clone, Copy)]
 struct Side<'a> {
     contact: &'a Contact,
-    /// The body and shape that are carried, and those that carry.
+    /// The carried body and shape, and the carrying ones.
     body: &'a Body,
     shape: u32,
     under: &'a Body,
     under_shape: u32,
     /// Unit, towards the carried body [world].
     normal: Vec3,
-    /// The point from the carrying body's center is `r_a` less this [m, world].
+    /// A point relative to the carrying body's center is `r_a` minus this [m, world].
     origin: Vec3,
 }
 
@@ -303,11 +309,11 @@ struct Side<'a> {
 struct Plane {
     /// Unit, towards the carried body [world].
     normal: Vec3,
-    /// Along the normal from the center of what carries [m].
+    /// Distance along the normal from the center of the carrying body [m].
     at: f32,
     /// The deepest overlap of the points, 0 or more [m].
     deepest: f32,
-    /// How far the points would go under the plane in this step [m].
+    /// Maximum depth that the points would reach under the plane in this step [m].
     held: f32,
 }
 
@@ -328,7 +334,8 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// The normal of a contact that `may` hide others and hides this one, from A to B of this one.
+    /// The normal of a contact that satisfies `may` and hides this one; it points from A to B of
+    /// this one.
     fn hidden_by(&self, row: u32, may: impl Fn(u32) -> bool) -> Option<Vec3> {
         let contact = self.contacts.at(row);
         for (side, shape) in [(0, contact.shape_a), (1, contact.shape_b)] {
@@ -339,7 +346,8 @@ impl<'a> Seen<'a> {
             let mut asked = 0;
             let found = self.held.of(shape).find_map(|on| {
                 let may_hide = on.row != row
-                    // Most are told by this: what rests on several tiles of a floor.
+                    // This excludes most candidates: contacts of a body at rest on several tiles of
+                    // a floor.
                     && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
                     && !self.contacts.at(on.row).sensor;
                 asked += u32::from(may_hide);
@@ -371,12 +379,13 @@ impl<'a> Seen<'a> {
         }
         let plane = self.plane(turn, n1, on);
         let extent = on.body.extent;
-        // From here on relative to the center of what carries, so that far from the world's origin nothing
-        // is lost but what the places of the bodies have lost.
+        // From here on relative to the center of the carrying body. Far from the world's origin
+        // this loses only the precision that the bodies' positions have lost.
         let shift = past.under.center - on.under.center;
         let far = on.under.center.abs().max(past.under.center.abs()).max_element();
         let rounding = ROUNDING * far;
-        // At the plane, not far below it, where the body comes when it has left what carries it.
+        // The point must be at the plane; a body that has left the carrying shape meets points far
+        // below it.
         let least = plane.at - (plane.deepest + self.ctx.margin);
         let mut at = Vec3::ZERO;
         for p in past.contact.points() {
@@ -384,16 +393,18 @@ impl<'a> Seen<'a> {
             if n1.dot(at) < least {
                 return None;
             }
-            // A mesh may be anywhere, but the edge that is touched lies under the plane.
+            // A mesh may extend anywhere, but the touched edge must lie under the plane.
             let edge = at - past.normal * (0.5 * p.base);
             let over = n1.dot(edge) + self.rise(n1, (on, past), (edge, shift)) - plane.at;
-            // What rests stands off by the rest offset, and points of a small body are no more exact than that.
+            // A body at rest stands off by the rest offset, and points of a small body are no more
+            // exact than that.
             if at_border && over > FLUSH * extent + rounding + self.ctx.rest_offset {
                 return None;
             }
         }
         if let Some(core) = core {
-            // The other shape lies under the plane. What lies far off may be askew, but no more than that.
+            // The other shape must lie under the plane. A distant part may be tilted, but only by
+            // the same angle.
             let pose = placed(under, past.under, shift);
             let top = pose.point(core.support(pose.local_direction(n1))) + n1 * under.solid.radius;
             let flush = FLUSH * (extent + lesser((top - at).length(), extent)) + rounding;
@@ -406,14 +417,15 @@ impl<'a> Seen<'a> {
         (!self.dips(on, &plane)).then_some(n1)
     }
 
-    /// How far what is past rises over what carries within the step, along `n1`: at a point from the center of what
-    /// carries [m].
+    /// Rise of the shape in doubt over the carrying one within the step, along `n1`, at a point
+    /// relative to the carrying body's center [m].
     fn rise(&self, n1: Vec3, (on, past): (&Side<'_>, &Side<'_>), (at, shift): (Vec3, Vec3)) -> f32 {
         let v = past.under.velocity_at(at - shift) - on.under.velocity_at(at);
         n1.dot(v) * self.ctx.dt
     }
 
-    /// How far what carries has turned since the manifold was made: a recycled one is as old as its probe.
+    /// Rotation of the carrying body since the manifold was made: a recycled manifold is as old as
+    /// its probe.
     fn turn(&self, row: u32, on: &Side<'_>) -> Quat {
         if stands(on.under) {
             return Quat::IDENTITY;
@@ -423,7 +435,7 @@ impl<'a> Seen<'a> {
         on.under.rotation * then.conjugate()
     }
 
-    /// As it stands now, turned so far, with this normal.
+    /// The plane as it is now, after this turn and with this normal.
     fn plane(&self, turn: Quat, normal: Vec3, on: &Side<'_>) -> Plane {
         let (mut at, mut deepest, mut held) = (f32::NEG_INFINITY, 0.0, 0.0);
         for p in on.contact.points() {
@@ -437,7 +449,8 @@ impl<'a> Seen<'a> {
         Plane { normal, at, deepest, held }
     }
 
-    /// True if the carried shape comes below the plane in this step, and farther than the contact's points are.
+    /// True if the carried shape comes below the plane in this step, by more than the contact's
+    /// points.
     fn dips(&self, on: &Side<'_>, plane: &Plane) -> bool {
         let (n1, body) = (plane.normal, on.body);
         let shape = self.shapes.at(on.shape);
@@ -454,7 +467,7 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// Where a shape of `body` is, from the body's center plus `shift`.
+/// Pose of a shape of `body`, with the center of the body at `shift`.
 fn placed(shape: &ShapeRow, body: &Body, shift: Vec3) -> Pose {
     Pose { position: shift, rotation: body.rotation }.compose(&shape.centered)
 }

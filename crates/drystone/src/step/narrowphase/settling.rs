@@ -1,8 +1,10 @@
-//! What a contact gives under its load is taken back where that is much for what is as thin as its bodies.
+//! Settling: moves the rest surface of a contact whose compression under load is large for bodies
+//! as thin as its own.
 //!
-//! A soft contact is a spring, whose depth follows from the load and the substep: 52 cards of 3 mm would be pressed to two thirds of their height.
-//! With a stiffer one a tall stack swings, for one sweep does not spread its load. So the spring stays, and the surface that it starts from
-//! moves out slowly, until what lies there is no deeper than its thickness allows. See docs/decisions/040-thin-stacks.md.
+//! A soft contact is a spring, whose depth follows from the load and the substep: 52 cards of 3 mm
+//! would be pressed to two thirds of their height. With a stiffer spring a tall stack swings, for
+//! one sweep does not spread its load. So the spring stays, and its rest surface moves out slowly
+//! until the depth is within the limit for the thickness. See docs/decisions/040-thin-stacks.md.
 
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
@@ -10,7 +12,7 @@ use crate::state::contacts::{Contact, Point, Traits};
 use crate::step::context::softness::Softness;
 use crate::step::context::{GIVES, StepContext};
 
-/// How much speed an impulse of 1 N s along `n` at `r` from the center gives a body there [1/kg].
+/// Speed that an impulse of 1 N s along `n`, at `r` from the center, gives a body there [1/kg].
 pub(crate) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {
     if !body.is_dynamic() {
         return 0.0;
@@ -19,30 +21,32 @@ pub(crate) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {
     (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
 }
 
-/// Time in which the excess of depth falls to a third, for each weight of the bodies that it bears [s], at least and at most [s]. A stack
-/// swings the slower the higher it is, one of fifty once in 0.6 s, and must not be stirred.
+/// Time in which the excess depth falls to a third, for each weight of the bodies that the contact
+/// carries [s], and the bounds of that time [s]. A stack swings slower the higher it is, one of
+/// fifty once in 0.6 s, and settling must not excite it.
 const TIME: f32 = 0.04;
 
 const TIMES: [f32; 2] = [0.05, 4.0];
 
-/// It stays where it is while the two move against each other faster than by so many times what it moves itself.
+/// The surface stays while the bodies move against each other faster than this multiple of its own
+/// speed.
 const STIRS: f32 = 2.0;
 
-/// So far at most, in half thicknesses of the thinner body: a stack that would give more swings without end, and what is wedged is pressed
-/// without end.
+/// Maximum shift of the surface, in half thicknesses of the thinner body. Beyond it a stack swings
+/// without end, and a wedged body is pressed without end.
 const MOST: f32 = 4.0;
 
-/// Springs of shorter substeps than this [s] are stiffer than those of a usual step.
+/// Springs of substeps shorter than this [s] are stiffer than those of a usual step.
 const USUAL: f32 = 1.0 / 480.0;
 
-/// A thin thing that is put down is pressed by less than so many times what it may be deep in the end.
+/// A thin body that is placed is compressed by less than this multiple of its final depth.
 const FEW: f32 = 4.0;
 
-/// A point's impulse gives the bodies more speed there than their centers, up to so many times: more than at a cube's corner, 7, and at
-/// a rod's end, 4.
+/// Upper bound on a point's speed for an impulse there, in multiples of that of the centers: more
+/// than at a cube's corner, 7, and at a rod's end, 4.
 const LEVER: f32 = 8.0;
 
-/// Moves the surface that the contact's spring starts from.
+/// Moves the rest surface of the contact's spring.
 pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
     let [a, b] = bodies;
     let most = ctx.most_give(bodies);
@@ -56,7 +60,8 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         return;
     }
     if is_thick && !contact.traits.any(Traits::SETTLES) {
-        // What was put down, and lies where it was put. Its points answer a load at most twice as much as its centers do.
+        // A body was placed here and has not moved. A point moves at most twice as much under a
+        // load as the centers do.
         let (mut load, mut lowest) = (0.0, f32::MAX);
         for p in contact.points() {
             (load, lowest) = (load + p.impulse, p.separation.min(lowest));
@@ -68,27 +73,28 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     }
     let is_another = (ctx.impulse_scale - 1.0).abs() > 1.0e-6;
     if settled != 0.0 && is_another && is_still(contact, bodies, ctx.gravity.length() * ctx.h) {
-        // Substeps of another length are another spring. What lies there must not follow.
+        // Substeps of another length have another spring, which the body must not follow.
         return;
     }
     let (mut next, mut goes) = (0.0, false);
     if !contact.traits.may_soften()
         && let Some(Pressed { separation, speed, answer }) = pressed(ctx, contact, bodies)
     {
-        // The distance at which things rest is as small for thin ones.
+        // The rest offset is smaller for thin bodies too.
         let rest = ctx.rest_offset.min(most);
         let excess = separation - separation.clamp(rest - most, rest);
         let weights = answer / (ctx.gravity.length() * ctx.h);
         let time = (TIME * weights).clamp(TIMES[0], TIMES[1]);
         next = settled;
         if speed.abs() * time <= STIRS * excess.abs() {
-            // Where time slows down springs get stiffer; what was put down before stays where it is.
+            // Springs get stiffer where time slows down; a body that was placed before stays where
+            // it is.
             let shorter = (USUAL / ctx.h).max(1.0);
             let gives = answer * (soft.impulse / soft.rate) * (shorter * shorter);
             let gives = gives.min(MOST / GIVES * most);
             next = (settled - excess * (ctx.dt / time).min(0.5)).min(gives).max(-ctx.rest_offset);
         }
-        // What is still far from where it settles must not sleep.
+        // A contact far from its final depth must not sleep.
         goes = excess.abs() > most && (next - settled).abs() * time > 0.1 * most * ctx.dt;
     }
     contact.set_settled(next);
@@ -97,7 +103,8 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     }
 }
 
-/// The surface of a contact that was put down with its load: what lies there is where its spring holds it.
+/// Sets the rest surface of a contact that was placed with its load, so that the spring holds the
+/// body where it is.
 pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
     let most = ctx.most_give(bodies);
     let soft = spring(ctx, bodies);
@@ -108,7 +115,8 @@ pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [
     let gives = answer * (soft.impulse / soft.rate);
     let gives = gives.min(MOST / GIVES * most);
     if ctx.rest_offset > most {
-        // Of a thin one only what is much is taken back: what is to topple stands as it would by itself.
+        // For a thin body only a large compression is removed: a body that is to topple stands as
+        // it would by itself.
         if gives > FEW * most {
             contact.set_settled(gives - 0.5 * most);
         }
@@ -118,28 +126,29 @@ pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [
     contact.set_settled(settled.min(gives).max(-ctx.rest_offset));
 }
 
-/// True if the two of a contact move against each other more slowly than this at all of its points [m/s].
+/// True if the bodies of a contact move against each other more slowly than this at all of its
+/// points [m/s].
 pub(super) fn is_still(contact: &Contact, [a, b]: [&Body; 2], least: f32) -> bool {
     let speed = |p: &Point| b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a);
     contact.points().iter().all(|p| speed(p).length() < least)
 }
 
-/// The spring of a contact.
+/// Softness of the contact's spring.
 fn spring<'a>(ctx: &'a StepContext, [a, b]: [&Body; 2]) -> &'a Softness {
     if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed }
 }
 
-/// Means over the points of a contact, each as it bears.
+/// Means over the points of a contact, weighted by their impulses.
 struct Pressed {
     /// [m]
     separation: f32,
-    /// How fast they part [m/s].
+    /// Speed at which the points separate [m/s].
     speed: f32,
-    /// How fast their impulses alone would part them in a substep [m/s].
+    /// Speed at which their impulses alone would separate them in a substep [m/s].
     answer: f32,
 }
 
-/// `None` if nothing bears.
+/// `None` if no point has an impulse.
 fn pressed(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> Option<Pressed> {
     let (normal, offset) = (contact.normal, contact.offset);
     let mut sum = 0.0_f32;

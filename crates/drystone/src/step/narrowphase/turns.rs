@@ -1,5 +1,5 @@
-//! What the solver is told of a contact: how far its bodies turn, against each other and together (docs/derivations/friction.md, "What turns
-//! together"), and whether it may be parted.
+//! Properties of contacts for the solver: how far their bodies turn, against each other and
+//! together (docs/derivations/friction.md, "What turns together"), and whether they may be parted.
 
 use super::change::Change;
 use crate::base::math::Vec3;
@@ -9,18 +9,21 @@ use crate::state::contacts::{Contact, Point, Traits};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
-/// Two that both can be pushed turn together if the velocity that friction asks for turns away from that of the step's start, by a mean
-/// over the step of more than this [m/s, times [`StepContext::length`]]. What lies on a turntable that carries itself would drift out
-/// at that speed.
+/// Minimum drift of two dynamic bodies that turn together [m/s, times [`StepContext::length`]]. It
+/// is the mean over the step of the velocity by which friction's target departs from that of the
+/// step's start. A body on a freely rotating turntable would drift out at that speed.
 const COROTATES: f32 = 1.0e-4;
 
-/// But by no more than this in a step [rad], for what grows in proportion to time is right for small angles only.
+/// Maximum turn of such bodies in a step [rad]: the correction grows in proportion to time, which
+/// holds for small angles only.
 const SMALL_TURN: f32 = 0.25;
 
-/// And against each other by no more than this part of that: others meet, and do not go round together.
+/// Maximum turn against each other, as a part of their turn: beyond it two bodies meet rather than
+/// turn together.
 const TOGETHER: f32 = 0.25;
 
-/// True if two bodies of a contact turn together, and so fast that it matters that they do so within the step.
+/// True if two bodies of a contact turn together, and so fast that their turn within the step
+/// matters.
 pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
     if !(a.is_dynamic() && b.is_dynamic()) || contact.sensor {
         return false;
@@ -41,13 +44,14 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
     (rate - n * n.dot(rate)).length() > least
 }
 
-/// Two bodies meet in a blow if they come together faster than this [m/s, times [`StepContext::length`]]: ten times
-/// what gravity gives in a substep.
+/// Minimum closing speed of an impact [m/s, times [`StepContext::length`]]: ten times the speed
+/// that gravity gives in a substep.
 pub(crate) const BLOW_SPEED: f32 = 0.2;
 
-/// True if two bodies meet within the step at the speed of a blow, and do not bounce. What sweeps carry on of a blow, the next substep
-/// would give once more. One that is alone with what cannot be pushed is stopped by one sweep. On joints a blow runs through the sweep,
-/// which knows them.
+/// True if two bodies meet within the step at impact speed, and do not bounce. Warm starting would
+/// apply the impact impulse once more in the next substep. A body alone with one that cannot be
+/// pushed is stopped by a single sweep. The impact of a body with joints passes through the joint
+/// sweep, which has its own rule for impacts.
 pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
     if contact.sensor || contact.restitution > 0.0 {
         return false;
@@ -64,7 +68,7 @@ pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) ->
     }
     let least = BLOW_SPEED * ctx.length;
     let most = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
-    // A relax sweep looks a substep ahead of the step's end.
+    // A relax sweep looks a substep beyond the step's end.
     let ahead = ctx.dt + ctx.h;
     let meets = |p: &Point| {
         let speed = contact.normal.dot(b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a));
@@ -73,7 +77,7 @@ pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) ->
     most > least && contact.points().iter().any(meets)
 }
 
-/// Lists a contact whose bodies turn together, one at which they meet in a blow, and one that may be parted.
+/// Lists a contact whose bodies turn together, one with an impact, and one that may be parted.
 pub(super) fn list_for_solver(
     ctx: &StepContext,
     (row, contact): (u32, &Contact),
@@ -90,7 +94,8 @@ pub(super) fn list_for_solver(
 }
 
 impl super::scratch::Scratch {
-    /// Whether the bodies of some contact turn together, some contact may be parted, and some gets a blow.
+    /// True for each if the bodies of some contact turn together, some contact may be parted, some
+    /// contact has an impact.
     pub(crate) fn listed(&self) -> [bool; 3] {
         let mut listed = [false; 3];
         for change in self.changes.iter().flatten() {
@@ -105,8 +110,8 @@ impl super::scratch::Scratch {
     }
 }
 
-/// How far two shapes turn against each other in this step, and a tenth more [rad]: not about an axis of revolution, for what rolls on its
-/// side touches at the same lever.
+/// Turn of two shapes against each other in this step, plus a tenth [rad]. Rotation about an axis
+/// of revolution does not count, since a shape that rolls on its side touches at the same lever.
 pub(super) fn turn_ahead(
     ctx: &StepContext,
     (a, shape_a): (&Body, &ShapeRow),

@@ -1,8 +1,9 @@
-//! Which pairs can still not touch, eight at a time: most pairs in a heap only come near each other, and
-//! whether one must be tested is then all the work that it makes.
+//! Wait test: decides for eight pairs at a time whether they still cannot touch. Most pairs in a
+//! heap only come near each other, and this test is then all their work.
 //!
-//! A pair waits while a point of the smaller body cannot have come across the gap that its last test found,
-//! less what the two may come nearer in this step. Lanes decide bit by bit as the formulas of one pair do.
+//! A pair waits while no point of the smaller body can have crossed the gap found by the last test,
+//! minus the distance by which the two may approach in this step. Lanes decide bit by bit as the
+//! formulas of one pair do.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -15,32 +16,34 @@ use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Probe, Watch};
 use crate::step::context::StepContext;
 
-/// Four numbers of each of eight pairs.
+/// Four numbers for each of eight pairs.
 pub(super) type Rows = [[f32; 4]; LANES];
 
-/// What is read of eight pairs, as it lies in bodies: lanes transpose it. P is the body that is larger or cannot be
-/// pushed, in whose frame Q is seen.
+/// Inputs of eight pairs, in the layout of the body table: lanes transpose it. P is the body that
+/// is larger or cannot be pushed; Q is seen in its frame.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 struct Pairs {
-    /// Center of Q less that of P, now and at the reference [world]; the gap, and the extent of Q.
+    /// Center of Q minus that of P, now and at the reference [world]; w: the gap, and the extent of
+    /// Q.
     offset: Rows,
     offset_then: Rows,
     rotation_p: Rows,
     rotation_p_then: Rows,
     rotation_q: Rows,
     rotation_q_then: Rows,
-    /// Velocities, and the extents of A and B.
+    /// Velocities; w: the extents of A and B.
     v_p: Rows,
     v_q: Rows,
-    /// Angular velocities; the smaller size of the dynamic ones, and both sizes together, if both are dynamic.
+    /// Angular velocities; w: the smaller size of the dynamic bodies, and the sum of both sizes if
+    /// both are dynamic.
     w_a: Rows,
     w_b: Rows,
-    /// 1 where either may be stopped by an impact within the step.
+    /// 1 if an impact may stop either body within the step.
     bounces: Lanes,
 }
 
-/// What [`Pairs`] has, in lanes.
+/// The inputs in lanes.
 struct Seen<S: Simd> {
     gap: Wide<S>,
     offset: Vec3w<S>,
@@ -61,18 +64,19 @@ struct Seen<S: Simd> {
     bounces: Mask<S>,
 }
 
-/// What is found out of eight pairs.
+/// Results for eight pairs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Found {
-    /// How far contacts are looked for [m]; of what stands on each other, which is mostly recycled, it was not asked.
+    /// Speculative distance [m]; not computed if all pairs stand on each other, since such pairs
+    /// are mostly recycled.
     pub(super) reach: Option<Lanes>,
-    /// How far apart those are that wait, at least [m].
+    /// Lower bound on the distance of pairs that wait [m].
     pub(super) gap: Lanes,
-    /// A bit for each that must be tested.
+    /// A bit for each pair that must be tested.
     pub(super) due: u32,
 }
 
-/// Looks at up to eight pairs.
+/// Tests up to eight pairs.
 #[inline(always)]
 pub(super) fn look<'a, S: Simd>(
     simd: S,
@@ -81,7 +85,8 @@ pub(super) fn look<'a, S: Simd>(
     pairs: impl ExactSizeIterator<Item = (&'a Watch, &'a Probe)> + Clone,
 ) -> Found {
     let mut found = Found { due: (1 << pairs.len().min(LANES)) - 1, ..Found::default() };
-    // No reach is less than the margin: what stands on each other has no pair that could wait.
+    // The speculative distance is at least the margin, so pairs that stand on each other cannot
+    // wait.
     if pairs.clone().all(|(_, probe)| probe.gap <= ctx.margin) {
         return found;
     }
@@ -95,7 +100,7 @@ pub(super) fn look<'a, S: Simd>(
     margin.store_array(found.reach.insert([0.0; LANES]));
     let (moved, gap) = (seen.moved(simd), seen.gap);
     (gap - moved).store_array(&mut found.gap);
-    // Where nothing is known, the gap is 0.
+    // The gap is 0 where it is unknown.
     let room = select(above(gap, margin), gap - margin, splat(simd, 0.0));
     found.due ^= bits(above(room, moved));
     found
@@ -166,7 +171,7 @@ pub(super) const fn with(v: Vec3, w: f32) -> [f32; 4] {
     [v.x, v.y, v.z, w]
 }
 
-/// Eight of both.
+/// Vectors and fourth numbers of eight rows, in lanes.
 #[inline(always)]
 pub(super) fn columns<S: Simd>(simd: S, rows: &Rows) -> (Vec3w<S>, Wide<S>) {
     let [x, y, z, w] = gather_rows(simd, rows);
@@ -174,7 +179,7 @@ pub(super) fn columns<S: Simd>(simd: S, rows: &Rows) -> (Vec3w<S>, Wide<S>) {
 }
 
 impl<S: Simd> Seen<S> {
-    /// As [`speculative_margin`](crate::step::reach::speculative_margin).
+    /// [`speculative_margin`](crate::step::reach::speculative_margin) for eight pairs.
     #[inline(always)]
     fn margin(&self, simd: S, ctx: &StepContext) -> Wide<S> {
         let (v_p, v_q) = (self.v_p, self.v_q);
@@ -188,12 +193,12 @@ impl<S: Simd> Seen<S> {
         let way = splat(simd, 1.1) * speed * splat(simd, ctx.dt);
         let (size, sizes) = (self.size, self.sizes);
         let meets = self.will_meet(simd, along * splat(simd, 1.1 * ctx.dt), sizes);
-        // Of what cannot be pushed there are no sizes.
+        // Bodies that cannot be pushed have no size here.
         let most = select(meets, max(size, sizes), size);
         max(splat(simd, ctx.margin), min(way, most))
     }
 
-    /// As [`will_meet`](super::will_meet).
+    /// [`will_meet`](super::will_meet) for eight pairs.
     #[inline(always)]
     fn will_meet(&self, simd: S, way: Vec3w<S>, near: Wide<S>) -> Mask<S> {
         let apart = self.offset;
@@ -204,7 +209,7 @@ impl<S: Simd> Seen<S> {
         !above(then.dot(then), near * near)
     }
 
-    /// How far a point of Q may have come in the frame of P since the reference [m].
+    /// Upper bound on the displacement of a point of Q in the frame of P since the reference [m].
     #[inline(always)]
     fn moved(&self, simd: S) -> Wide<S> {
         let (p, p_then) = (self.rotation_p, self.rotation_p_then);
@@ -244,8 +249,8 @@ mod tests {
     use crate::step::reach::speculative_margin;
     use crate::world::World;
 
-    /// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
-    /// motion of the smaller one in the frame of the larger or unpushable one.
+    /// Upper bound on the approach of a point of one body to the other since the reference [m]: the
+    /// motion of the smaller body in the frame of the larger or unpushable one.
     fn moved(r: &Probe, a: &Body, b: &Body) -> f32 {
         let seen_from_a = !a.is_dynamic() || (b.is_dynamic() && b.extent <= a.extent);
         let (p, q) = if seen_from_a { (a, b) } else { (b, a) };
@@ -259,7 +264,8 @@ mod tests {
         shift.length() + turn * q.extent
     }
 
-    /// Boxes of two sizes and balls that fall, spin and bounce on a ground, and balls that are shot into them.
+    /// Boxes of two sizes and balls that fall, spin and bounce on a ground, and balls that are shot
+    /// into them.
     fn heap() -> World {
         let mut world = World::default();
         world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space(Vec3::Y, 0.0))).unwrap();
@@ -323,7 +329,7 @@ mod tests {
         assert!(tested > 1000 && waited > 1000 && on_course > 50, "{tested} {waited} {on_course}");
     }
 
-    /// The heap, which a long arm sweeps through that turns about its end, and a plate above it.
+    /// The heap, with a long arm that sweeps through it about its end, and a plate above it.
     fn swept_heap() -> (World, crate::BodyId) {
         let mut world = heap();
         let arm = ShapeDef::box_half(vec3(1.5, 0.05, 0.05)).with_position(vec3(1.5, 0.0, 0.0));
@@ -346,7 +352,7 @@ mod tests {
         for step in 0..150_u8 {
             world.step(dt);
             if step % 5 == 4 {
-                // By jumps, down on the heap.
+                // The plate jumps, down on the heap.
                 let pose = Pose::new(vec3(0.5, 1.5 - 0.006 * f32::from(step), 0.5), Quat::IDENTITY);
                 world.body_mut(plate).unwrap().set_pose(pose);
             }

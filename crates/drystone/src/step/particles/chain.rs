@@ -1,20 +1,23 @@
-//! Chains of rods and threads: all links of a chain at once, eight chains side by side.
+//! The chain kernel: solves all links of a chain of rods or threads at once, eight chains in
+//! parallel lanes.
 //!
-//! Symbols: w = 1/m; n of a link, λ and h as with single links. Of the links of a chain, with the velocities v of its
-//! particles at the substep's end,
+//! Symbols: w = 1/m; n of a link, λ and h as with single links. For the links of a chain, with the
+//! velocities v of its particles at the substep's end,
 //!
 //! ```text
 //! n_i · (v_{i+1} − v_i) + β C_i = −γ_i λ_i,     m_i Δv_i = n_{i−1} λ_{i−1} − n_i λ_i
 //! ```
 //!
-//! is a tridiagonal system for the changes of λ. Two things more are needed. *Threads only pull*: those whose λ
-//! would push are left out, those that are left out and would be too long are taken in, and the system is
-//! solved again, some times; what pushes even then is cut off, and the next pass goes on from there. *Directions*:
-//! the impulses that are there turn with the links. A taut chain of light particles under a heavy load is so stiff
-//! across itself that to turn them by the directions of now overshoots; so where the links will
-//! point is foreseen by a system of its own, implicit in the stiffness tension over length [Tournier15].
+//! is a tridiagonal system for the changes of λ. It needs two additions. *Threads only pull*: links
+//! whose λ would push are deactivated, deactivated links that would be too long are activated, and
+//! the system is solved again, several times. Any remaining push is cut off, and the next pass
+//! continues from there. *Directions*: the existing impulses turn with the links. A taut chain of
+//! light particles under a heavy load is so stiff across itself that turning them to the present
+//! directions overshoots. So a separate system, implicit in the stiffness tension over length,
+//! predicts the directions of the links [Tournier15].
 //!
-//! The particle at an end may be held by a body: then it answers an impulse p by w p − B p, with what both are together.
+//! The particle at an end may be held by a body: it then responds to an impulse p with w p − B p,
+//! where B accounts for the combined pair.
 
 use fearless_simd::{Simd, SimdBase, f32x4};
 
@@ -30,25 +33,25 @@ use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{LinkColor, ParticleLine};
 use crate::step::solver_body::read_lanes;
 
-/// Most times that a pass looks anew which threads are slack.
+/// Maximum number of times that a pass updates the set of slack threads.
 const ROUNDS: usize = 4;
 
-/// Give of a link, as a part of the inverse masses at its ends: what is over-determined, a straight chain between two
-/// pins, has a solution by it. Under a thousand times the mass of a particle a link is longer by 20 µm with the
-/// substeps of a sixtieth of a second.
+/// Compliance of a link, as a part of the inverse masses at its ends. It makes over-determined
+/// systems solvable, such as a straight chain between two pins. Under a thousand times the mass of
+/// a particle a link is longer by 20 µm with the substeps of a sixtieth of a second.
 pub(super) const GIVE: f32 = 1.0e-4;
 
-/// Least pivot, as a part of the diagonal.
+/// Minimum pivot, as a part of the diagonal.
 const PIVOT: f32 = 1.0e-5;
 
-/// A link whose ends answer with less than this part of their particles' inverse masses is held at both: nothing can be
-/// done about it.
+/// Minimum inverse mass of a link's ends, as a part of that of their particles. A link below it is
+/// held at both ends, and no impulse can change it.
 const NOTHING: f32 = 1.0e-6;
 
-/// What a held end answers less: see the head. Zero where no body holds.
+/// Reduction of the response of a held end: B in the module doc. Zero where no body holds.
 pub(crate) type Ends = [Sym3; 2];
 
-/// The chain's links as they stand among the blocks, whose lanes rest for this step.
+/// Copies the chain's links from the blocks; their lanes are idle in this step.
 pub(crate) fn begin(block: &mut ChainBlock, colors: &mut [LinkColor]) {
     for (row, spots) in block.rows.iter_mut().zip(&block.spots) {
         for (lane, spot) in spots.iter().enumerate() {
@@ -74,7 +77,7 @@ pub(crate) fn begin(block: &mut ChainBlock, colors: &mut [LinkColor]) {
     }
 }
 
-/// Impulses back to the blocks.
+/// Copies impulses back to the blocks.
 pub(crate) fn end(block: &ChainBlock, colors: &mut [LinkColor]) {
     for (row, spots) in block.rows.iter().zip(&block.spots) {
         for (lane, spot) in spots.iter().enumerate() {
@@ -88,8 +91,8 @@ pub(crate) fn end(block: &ChainBlock, colors: &mut [LinkColor]) {
     }
 }
 
-/// Solves the chains once, with bias. Returns the impulses on the first and the last particle of the first
-/// chain.
+/// Solves the chains once, with bias. Returns the impulses on the first and the last particle of
+/// the first chain.
 #[inline(always)]
 pub(crate) fn solve<S: Simd>(
     simd: S,
@@ -111,7 +114,7 @@ pub(crate) fn solve<S: Simd>(
         let last = Vec3w::load(simd, &a.n);
         let (length, n) = direction(simd, now + u * h, last);
         ((n - last) * old).store(&mut a.work.turn);
-        // Tension over length, in a substep; only what pulls holds a chain straight.
+        // Tension over length, per substep; only tension holds a chain straight.
         let across = h * max(-old, zero) / max(length, splat(simd, 1.0e-9));
         across.store_array(&mut a.work.beside);
     }
@@ -135,7 +138,7 @@ pub(crate) fn solve<S: Simd>(
         let inv_h = splat(simd, pace.inv_h);
         let vn = (n.dot(now + u * h) - length) * inv_h;
         let error = length - load(simd, &a.length);
-        // What is slack may lengthen as far as it is slack.
+        // A slack thread may lengthen until it is taut.
         let open = above(load(simd, &a.slack) * -error, zero);
         let closed = pace.caps.closing_link(simd, splat(simd, pace.chain_rate) * error, error);
         (vn + select(open, inv_h * error, closed)).store_array(&mut a.work.error);
@@ -176,14 +179,14 @@ pub(crate) fn relax<S: Simd>(
     pulled
 }
 
-/// A row and the next one.
+/// A row and the next one, both mutable.
 #[inline(always)]
 fn pair(rows: &mut [ChainRow], i: usize) -> (&mut ChainRow, &mut ChainRow) {
     let (a, b) = rows.split_at_mut(i);
     (&mut a[i - 1], &mut b[0])
 }
 
-/// Velocities, and vectors from particle to particle.
+/// Reads velocities, and vectors from particle to particle.
 #[inline(always)]
 fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &Rows<'_, ParticleLine>) {
     let mut before = Vec3w::zero(simd);
@@ -206,7 +209,7 @@ fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &Rows<'_, ParticleLine>)
     }
 }
 
-/// Velocities back. SolverBody 0 is everyone's, and is never written.
+/// Writes velocities back. Line 0 is shared by all, and is never written.
 #[inline(always)]
 fn write<S: Simd>(simd: S, rows: &[ChainRow], lines: &Rows<'_, ParticleLine>) {
     for row in rows {
@@ -220,7 +223,7 @@ fn write<S: Simd>(simd: S, rows: &[ChainRow], lines: &Rows<'_, ParticleLine>) {
     }
 }
 
-/// What the particle of row `i` of `n` answers to the impulse `p`.
+/// Response of the particle of row `i` of `n` to the impulse `p`.
 #[inline(always)]
 fn answer<S: Simd>(
     simd: S,
@@ -245,7 +248,8 @@ fn answer<S: Simd>(
     }
 }
 
-/// Gives the particles the impulses `turn` of their links, and returns those on the first and on the last.
+/// Applies the impulses `turn` of the links to the particles, and returns those on the first and on
+/// the last.
 #[inline(always)]
 fn push<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) -> [Vec3; 2] {
     let n = rows.len();
@@ -267,8 +271,8 @@ fn push<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) -> [Vec3; 
     out
 }
 
-/// How velocities change by turning, implicit in the stiffness across the links (in `beside`, with a mass for each
-/// particle): `bend`.
+/// Predicts the change of velocities by turning, implicit in the stiffness across the links (in
+/// `beside`, with a mass for each particle): `bend`.
 #[inline(always)]
 fn foresee<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
     let (n, zero, one) = (rows.len(), splat(simd, 0.0), splat(simd, 1.0));
@@ -301,7 +305,7 @@ fn foresee<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
     }
 }
 
-/// The matrix: what the impulses along the links do to the velocities along them.
+/// Builds the matrix: the effect of impulses along the links on the velocities along them.
 #[inline(always)]
 fn system<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
     let (size, zero) = (rows.len(), splat(simd, 0.0));
@@ -309,7 +313,8 @@ fn system<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
     for i in 0..size {
         let w = load(simd, &rows[i].work.w);
         let last = i + 1 == size;
-        // What the particle answers to its link before: beside the diagonal of that link, and on it.
+        // Response of the particle to its preceding link: on the diagonal of that link, and beside
+        // it.
         if i > 0 {
             let answered = answer(simd, ends, (i, size), w, before);
             let k = load(simd, &rows[i - 1].work.k) + before.dot(answered);
@@ -329,8 +334,9 @@ fn system<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
     }
 }
 
-/// Solves the system; changes impulses, and puts what they change by, along the links, into `turn`. `give`: of the
-/// links, as a part of the diagonal; `leak`: the same, of the impulses that are there.
+/// Solves the system: updates the impulses, and stores their changes, along the links, in `turn`.
+/// `give`: compliance of the links, as a part of the diagonal; `leak`: released part of the
+/// existing impulses, on the same scale.
 #[inline(always)]
 fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
     let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
@@ -356,7 +362,7 @@ fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
     }
 }
 
-/// Gauss's elimination of a tridiagonal matrix. A slack link's row says that its impulse goes.
+/// Gaussian elimination of a tridiagonal matrix. A slack link's row sets its impulse to zero.
 #[inline(always)]
 fn eliminate<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
     let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
@@ -383,7 +389,8 @@ fn eliminate<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
     }
 }
 
-/// Leaves out what pushes, takes in what would be too long; false if there was neither.
+/// Deactivates links that push, and activates links that would be too long; false if there was
+/// neither.
 #[inline(always)]
 fn reconsider<S: Simd>(simd: S, rows: &mut [ChainRow]) -> bool {
     let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
@@ -401,7 +408,7 @@ fn reconsider<S: Simd>(simd: S, rows: &mut [ChainRow]) -> bool {
         let new = load(simd, &row.impulse) + change;
         let is_active = above(active, zero);
         let can = load(simd, &row.slack) * load(simd, &row.live);
-        // The sign of what is wrong: a push where it is solved, a length where it is left out.
+        // The sign of an error: a push where the link is active, an excess length where it is not.
         let wrong = above(select(is_active, new, left) * can, zero);
         changed |= bits(wrong);
         select(wrong, one - active, active).store_array(&mut row.work.active);

@@ -1,8 +1,8 @@
-//! Particles that nothing ties: their whole step at once.
+//! Free particles: computes their whole step at once.
 //!
-//! Each is alone with what does not give way, so no substeps are needed: the parabola as far as it is free,
-//! planes where it is not. Of one plane the bounce is exact: the time of the hit by the quadratic, what is
-//! left of the step after it.
+//! A free particle meets only immovable shapes, so it needs no substeps: it follows its parabola,
+//! deflected by planes. For one plane the bounce is exact: the time of the hit follows from a
+//! quadratic, and the rest of the step comes after it.
 
 use super::meet::{Around, Meeting, Near};
 use crate::base::limits;
@@ -11,13 +11,14 @@ use crate::state::particles::{Particle, ParticleLine};
 use crate::step::context::StepContext;
 use crate::step::context::softness::decay;
 
-/// Most rounds over the planes; each leaves of an overlap of two of them the square of their cosine.
+/// Maximum number of rounds over the planes; each reduces the overlap with two of them by the
+/// square of their cosine.
 const ROUNDS: usize = 40;
 
-/// What is left of an overlap when the rounds end [m].
+/// Remaining overlap at which the rounds end [m].
 const LEFT: f32 = 1.0e-6;
 
-/// A step as it would be if nothing were in the way.
+/// Motion in a step without obstacles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Path {
     /// Acceleration [m/s²].
@@ -39,7 +40,8 @@ pub(super) fn path(ctx: &StepContext, particle: &Particle, line: &ParticleLine) 
     Path { acceleration, v, way: (start + v) * (0.5 * ctx.dt) }
 }
 
-/// Moves a free particle; false if its state became non-finite, then it is put aside where it was.
+/// Moves a free particle; false if its state became non-finite, in which case the particle stops
+/// where it was.
 pub(super) fn fly(
     ctx: &StepContext,
     particle: &mut Particle,
@@ -51,10 +53,10 @@ pub(super) fn fly(
 ) -> bool {
     let x = vec3(place[0], place[1], place[2]);
     let (mut v, mut way) = (path.v, path.way);
-    // One that is pinned goes where its velocity says.
+    // A pinned particle moves with its velocity.
     if line.inverse_mass() > 0.0 && !near.meetings().is_empty() {
         (v, way) = deflected(ctx, line.velocity(), path, near.meetings());
-        // Another way than that on which shapes were looked for.
+        // This path differs from the one along which shapes were searched.
         if way.length() > place[3]
             && let Some((part, n)) = around.crossing(x, way, particle, None)
         {
@@ -75,7 +77,7 @@ pub(super) fn fly(
     true
 }
 
-/// False if a place [m] or a velocity [m/s] is beyond what can be computed with.
+/// False if a position [m] or a velocity [m/s] is out of range for the computations.
 pub(super) fn is_computable(x: Vec3, v: Vec3) -> bool {
     x.is_below(limits::POSITION_KEPT.most) && v.is_below(limits::SPEED_KEPT.most)
 }
@@ -87,7 +89,7 @@ pub(super) fn put_aside(particle: &mut Particle, line: &mut ParticleLine) {
     line.x = ParticleLine::OUT;
 }
 
-/// Velocity at the end, and displacement, with planes in the way.
+/// Velocity at the end, and displacement, with planes in the path.
 fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) -> (Vec3, Vec3) {
     let dt = ctx.dt;
     let (mut v, mut way) = (path.v, path.way);
@@ -109,13 +111,14 @@ fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) 
             let push = greater(to_v - end, 0.0);
             way += n * (to_s - s - moved);
             v += n * push;
-            // Coulomb: what the surface takes of the velocity along it, up to μ times what it pushed.
+            // Coulomb friction: the surface removes velocity along it, up to μ times the normal
+            // change.
             let slide = v - m.drift - n * n.dot(v - m.drift);
             let speed = slide.length();
             if speed > 0.0 && push > 0.0 {
                 let taken = slide * ((m.friction * push).min(speed) / speed);
                 v -= taken;
-                // The same force all along the step, or as long as it slid.
+                // The force is constant over the step, or for as long as the particle slid.
                 let was = way - m.drift * dt;
                 let along = was - n * n.dot(was);
                 let far = along.length();
@@ -132,15 +135,15 @@ fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) 
     (v, way)
 }
 
-/// Distance and velocity along the normal at the end of a step in which the plane is met: `s` away [m],
-/// with velocity `v` and acceleration `a` along the normal.
+/// Distance and velocity along the normal at the end of a step in which the plane is met: `s` away
+/// [m], with velocity `v` and acceleration `a` along the normal.
 fn landing(ctx: &StepContext, s: f32, v: f32, a: f32, restitution: f32) -> (f32, f32) {
     let dt = ctx.dt;
     if s < 0.0 {
         // Overlap: out, no faster than the push speed, and at no velocity.
         return ((s + ctx.push_speed * dt).min(0.0), 0.0);
     }
-    // What forces alone make in a step is no arrival: it is what rests.
+    // A speed that forces alone produce in a step is that of a particle at rest, not an impact.
     let slow = greater(ctx.restitution_speed, 2.0 * a.abs() * dt);
     if restitution <= 0.0 || !(-v > slow) {
         return (0.0, 0.0);

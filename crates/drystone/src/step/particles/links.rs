@@ -1,10 +1,10 @@
-//! The link kernels: eight at a time.
+//! The link kernels: solve eight links at a time.
 //!
 //! Symbols: w = 1/m; n the unit vector from A to B; λ the impulse along n on B, in one substep.
-//! As with joints, the impulses of the last substep are carried by the particles, along the directions that
-//! the links had; a sweep turns them into those of now, `(n - n_last) λ`, before it solves. A relax sweep turns
-//! nothing, and takes its directions in the middle of the substep's motion
-//! (docs/decisions/016-joint-energy.md).
+//! As with joints, the particles carry the impulses of the last substep, along the directions that
+//! the links had. A sweep first turns them to the present directions, `(n - n_last) λ`, then
+//! solves. A relax sweep turns nothing, and takes its directions in the middle of the substep's
+//! motion (docs/decisions/016-joint-energy.md).
 
 use fearless_simd::{Simd, SimdBase, f32x4};
 
@@ -17,7 +17,7 @@ use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
 use crate::step::context::softness::Softness;
 use crate::step::solver_body::read_lanes;
 
-/// Velocities, ways and inverse masses of a block's particles.
+/// Velocities, displacements and inverse masses of a block's particles.
 struct Ends<S: Simd> {
     va: Vec3w<S>,
     vb: Vec3w<S>,
@@ -54,8 +54,8 @@ fn read<S: Simd>(simd: S, lines: &Rows<'_, ParticleLine>, block: &LinkBlock) -> 
     }
 }
 
-/// Writes velocities back, with the number that stands beside them; or ways. SolverBody 0 is everyone's, and is never
-/// written.
+/// Writes velocities (with the inverse mass) or displacements back. Line 0 is shared by all, and is
+/// never written.
 #[inline(always)]
 pub(super) fn write_ends<S: Simd>(
     lines: &Rows<'_, ParticleLine>,
@@ -83,7 +83,7 @@ fn write_velocities<S: Simd>(
     write_ends(lines, rows, v, w, false);
 }
 
-/// Length of `d`, and `d` over it; `n` where it has none.
+/// Length of `d`, and its unit vector; `n` if the length is 0.
 #[inline(always)]
 pub(super) fn direction<S: Simd>(simd: S, d: Vec3w<S>, n: Vec3w<S>) -> (Wide<S>, Vec3w<S>) {
     let length = sqrt(d.dot(d));
@@ -92,7 +92,7 @@ pub(super) fn direction<S: Simd>(simd: S, d: Vec3w<S>, n: Vec3w<S>) -> (Wide<S>,
     (length, Vec3w::select(apart, unit, n))
 }
 
-/// The numbers of a block for this step, and its stored impulses to the particles.
+/// Computes a block's constants for this step, and applies its stored impulses to the particles.
 #[inline(always)]
 pub(crate) fn prepare<S: Simd>(
     simd: S,
@@ -134,7 +134,7 @@ pub(crate) fn prepare<S: Simd>(
         block.impulse = [0.0; LANES];
         return;
     }
-    // Of what does not move, the impulse is kept for when it does.
+    // A link that does not move keeps its impulse until it does.
     let scale = select(moves, splat(simd, pace.impulse_scale), splat(simd, 1.0));
     let impulse = load(simd, &block.impulse) * scale;
     impulse.store_array(&mut block.impulse);
@@ -143,7 +143,7 @@ pub(crate) fn prepare<S: Simd>(
     write_velocities(lines, &block.row_b, q.vb + n * (p * q.wb), q.wb);
 }
 
-/// A spring without stiffness: what it had of an impulse goes.
+/// A spring without stiffness: it releases all of its impulse.
 const LIMP: Softness = Softness { rate: 0.0, mass: 0.0, impulse: 1.0 };
 
 fn softness(block: &LinkBlock, lane: usize, pace: &Pace) -> Softness {
@@ -156,8 +156,8 @@ fn softness(block: &LinkBlock, lane: usize, pace: &Pace) -> Softness {
     }
 }
 
-/// A spring of `k` [N/m] and `c` [N s/m] as [`Softness`]: with s = h² k + h c, the impulse is that of the force
-/// at the substep's end.
+/// A spring of `k` [N/m] and `c` [N s/m] as [`Softness`]. With s = h² k + h c, the impulse is that
+/// of the force at the substep's end.
 fn by_rate(k: f32, c: f32, mass: f32, h: f32) -> Softness {
     let s = h * (h * k + c);
     if !(s > 0.0 && mass > 0.0) {
@@ -167,8 +167,8 @@ fn by_rate(k: f32, c: f32, mass: f32, h: f32) -> Softness {
     Softness { rate: h * k / s * gain, mass: gain, impulse: mass / (mass + s) }
 }
 
-/// Of the forms that project: all of the error of rods and threads, and of springs without their damping
-/// the part that a compliance 1/(k h²) leaves.
+/// Softness for the projecting forms. Rods and threads remove all of the error. Springs, without
+/// their damping, leave the part that follows from a compliance 1/(k h²).
 fn compliance(block: &LinkBlock, lane: usize, pace: &Pace) -> Softness {
     let mass = block.mass[lane];
     let stiffness = match block.kinds[lane] {
@@ -211,13 +211,13 @@ pub(crate) fn solve<S: Simd>(
     let error = length - load(simd, &block.length);
     let can_slack = above(load(simd, &block.slack), zero);
     let mass = load(simd, &block.mass);
-    // Springs are as strong as they are; what is rigid closes no faster than may be.
+    // Springs apply their full force; rigid links close no faster than the cap.
     let rigid = load(simd, &block.rigid);
     let (bias, gain) = (load(simd, &block.rate) * error, load(simd, &block.gain));
     let leak = load(simd, &block.leak);
     let most = rigid * pace.caps.fastest_link(simd, error);
     let bias = select(above(rigid, zero), max(min(bias, most), -most), bias);
-    // What is slack may lengthen as far as it is slack.
+    // A slack thread may lengthen until it is taut.
     let is_slack = above(min(load(simd, &block.slack), -error), zero);
     let bias = select(is_slack, mass * splat(simd, pace.inv_h) * error, bias);
     let gain = select(is_slack, mass, gain);
@@ -231,7 +231,7 @@ pub(crate) fn solve<S: Simd>(
     write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
 }
 
-/// Solves one block once, without bias: springs stay as they are.
+/// Solves one block once, without bias: spring impulses do not change.
 #[inline(always)]
 pub(crate) fn relax<S: Simd>(
     simd: S,
@@ -259,8 +259,8 @@ pub(crate) fn relax<S: Simd>(
     write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
 }
 
-/// Solves one block so that lengths are right at the substep's end: bias 1/h, impulses of this substep alone,
-/// at the positions that the velocities lead to. `first`: the substep's first sweep.
+/// Solves one block so that lengths are right at the substep's end: bias 1/h, impulses of this
+/// substep alone, at the positions that the velocities lead to. `first`: the substep's first sweep.
 #[inline(always)]
 pub(crate) fn aim<S: Simd>(
     simd: S,
@@ -279,7 +279,7 @@ pub(crate) fn aim<S: Simd>(
     write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
 }
 
-/// As [`aim`], of positions: Jakobsen's projection [Jakobsen01].
+/// [`aim`] on positions: Jakobsen's projection [Jakobsen01].
 #[inline(always)]
 pub(crate) fn project<S: Simd>(
     simd: S,
@@ -297,8 +297,8 @@ pub(crate) fn project<S: Simd>(
     write_ends(lines, &block.row_b, q.xb + n * (d * q.wb), q.mb, true);
 }
 
-/// The impulse that takes the error at the substep's end out; of springs the rest that they leave of it,
-/// which goes by all of their impulse in this substep [Macklin16].
+/// The impulse that removes the error at the substep's end. A spring leaves a part of the error,
+/// which follows from its whole impulse in this substep [Macklin16].
 #[inline(always)]
 fn correction<S: Simd>(
     simd: S,

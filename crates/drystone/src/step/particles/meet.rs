@@ -1,4 +1,4 @@
-//! What is near a particle, or on its way.
+//! Contact search of particles: finds shapes near a particle or on its path.
 
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
@@ -11,18 +11,19 @@ use crate::state::particles::Particle;
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
 
-/// Moves in this step.
+/// True if the particle moves in this step.
 pub(crate) const fn moves(particle: &Particle) -> bool {
     !particle.frozen && !particle.faulted
 }
 
-/// Most shapes that a particle meets in a step; of more, the nearest.
+/// Maximum number of shapes that a particle meets in a step; the nearest ones count.
 pub(super) const MOST: usize = 6;
 
-/// How far around what moves little is looked for fixed shapes [m], so that the next steps need not.
+/// Distance around a slow particle within which static shapes are searched [m], so that later steps
+/// need no search.
 const AHEAD: f32 = 0.25;
 
-/// A shape near a particle, or on its way.
+/// A shape near a particle, or on its path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
     /// Line of the particle.
@@ -31,11 +32,11 @@ pub(crate) struct Meeting {
     pub(crate) body: u32,
     /// Unit, from the shape to the particle [world].
     pub(crate) n: Vec3,
-    /// Where, from the body's center of mass [m, world].
+    /// Contact position relative to the body's center of mass [m, world].
     pub(crate) r: Vec3,
-    /// Distance of the surfaces along the normal [m].
+    /// Separation of the surfaces along the normal [m].
     pub(crate) separation: f32,
-    /// Velocity of the surface there, of bodies that cannot be pushed and of belts [m/s].
+    /// Velocity of the surface there, for bodies that cannot be pushed and for belts [m/s].
     pub(crate) drift: Vec3,
     pub(crate) friction: f32,
     pub(crate) restitution: f32,
@@ -43,7 +44,7 @@ pub(crate) struct Meeting {
     pub(crate) pushes: bool,
     /// The body is dynamic and asleep.
     pub(crate) asleep: bool,
-    /// The particle is so slow that it wakes nobody.
+    /// The particle is too slow to wake a body.
     pub(crate) rests: bool,
 }
 
@@ -62,12 +63,13 @@ const NOWHERE: Meeting = Meeting {
     rests: false,
 };
 
-/// What a particle meets, in the order of the shapes' rows.
+/// Shapes that a particle meets, in the order of their rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Near {
     list: [Meeting; MOST],
     count: usize,
-    /// Least distance of a fixed shape from the particle's center, as far as was looked [m].
+    /// Minimum distance of a static shape from the particle's center, up to the search distance
+    /// [m].
     clear: f32,
 }
 
@@ -88,7 +90,8 @@ impl Near {
             self.count += 1;
             return;
         }
-        // The farthest goes, of two the one of the higher row, in whatever order they came.
+        // The farthest shape is dropped, among equals the one with the higher row, for any order of
+        // arrival.
         let later = |a: &Meeting, b: &Meeting| {
             a.separation > b.separation || (a.separation >= b.separation && a.shape > b.shape)
         };
@@ -104,14 +107,14 @@ impl Near {
     }
 }
 
-/// What can be met.
+/// Tables that the search needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Around<'a> {
     pub(crate) ctx: &'a StepContext,
     pub(crate) bodies: &'a Bodies,
     pub(crate) shapes: &'a Shapes,
     pub(crate) bounds: &'a Bounds,
-    /// Places of particles, by line.
+    /// Positions of particles, by line.
     pub(crate) x: &'a [[f32; 4]],
 }
 
@@ -120,8 +123,8 @@ fn point(place: &[f32; 4]) -> Vec3 {
 }
 
 impl Around<'_> {
-    /// Finds what the particle meets on its way; `held`: the body that it is attached to, which it does not
-    /// meet.
+    /// Finds shapes that the particle meets on its path. `held`: the body that it is attached to,
+    /// which it does not meet.
     pub(crate) fn look(
         &self,
         line: u32,
@@ -169,7 +172,7 @@ impl Around<'_> {
         let body = self.bodies.at(shape.body);
         let (pose, margin) = (shape.placed(body), self.ctx.margin);
         let p = pose.local_point(seeker.x);
-        // The shape moves too: what counts is the way relative to it.
+        // The shape moves too, so the relative displacement counts.
         let dt = self.ctx.dt;
         let way = seeker.way - body.velocity_at(seeker.x - body.center) * dt;
         let length = way.length();
@@ -181,8 +184,8 @@ impl Around<'_> {
         let (n, separation) = if found.distance <= seeker.radius + margin {
             (pose.direction(found.normal), found.distance - seeker.radius)
         } else if found.distance <= reach {
-            // What is far is met where the way leads, not where the shape is nearest: what flies past would
-            // meet a wall that is not there.
+            // A distant shape is met where the path leads, not at its nearest point: otherwise a
+            // particle that flies past would meet a wall that is not there.
             let ahead = 1.0 + (seeker.radius + margin) / length;
             let ray = pose.local_direction(way * ahead);
             let Some(hit) = cast::ray(&shape.solid, p, ray, 1.0) else { return };
@@ -233,7 +236,7 @@ impl Around<'_> {
         }
     }
 
-    /// True if a body that is awake is at a frozen particle.
+    /// True if an awake body is near a frozen particle.
     pub(crate) fn is_disturbed(&self, line: u32, particle: &Particle) -> bool {
         let place = &self.x[line as usize];
         let (x, radius) = (point(place), place[3]);
@@ -251,8 +254,8 @@ impl Around<'_> {
         disturbed
     }
 
-    /// Where the way from `x` first crosses the surface of a fixed shape: part of the way, and the normal
-    /// there.
+    /// First crossing of the path from `x` with the surface of a static shape: part of the path,
+    /// and the normal there.
     pub(crate) fn crossing(
         &self,
         x: Vec3,
@@ -281,7 +284,7 @@ impl Around<'_> {
     }
 }
 
-/// A particle that looks around.
+/// A particle that searches for shapes.
 struct Seeker {
     line: u32,
     x: Vec3,

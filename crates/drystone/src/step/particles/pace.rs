@@ -1,8 +1,9 @@
-//! Tied particles through the substeps, in step with the bodies.
+//! Tied particles: the passes of a substep, in step with those of the bodies, and their constants.
 //!
-//! Three forms of the same thing. *Soft*: velocities, soft rows that keep their impulses, a relax sweep at the
-//! end of the step. *Aim*: velocities, bias 1/h, nothing kept, no relax sweep. *Verlet*: positions are
-//! projected, velocity is the way moved [Jakobsen01]; equal to *aim* but for rounding.
+//! The same equations have three forms. *Soft*: velocities, soft rows that keep their impulses, a
+//! relax sweep at the end of the step. *Aim*: velocities, bias 1/h, no stored impulses, no relax
+//! sweep. *Verlet*: positions are projected, velocity is the displacement [Jakobsen01]; equal to
+//! *aim* except for rounding.
 
 use fearless_simd::Level;
 
@@ -15,24 +16,24 @@ use crate::step::context::caps::{Caps, SHORTEST_OF_PARTICLES};
 use crate::step::context::softness::Softness;
 use crate::step::solver_body::{SolverBody, Whitening};
 
-/// Stiffness of links for a substep's rate, and their damping ratio, unless the configuration says
-/// otherwise (docs/decisions/020-particles.md).
+/// Stiffness of links for a substep's rate, unless configured (docs/decisions/020-particles.md).
 const HERTZ: f32 = 1.0;
 
-/// Part of a substep's impulses that the next one begins with. All of them were a tenth of the error, until a
-/// rope snapped taut: the blow was repeated, and the rope never came to rest.
+/// Part of a substep's impulses with which the next one warm-starts. Keeping all of them reduced
+/// the error to a tenth, until a rope snapped taut: the impact was repeated, and the rope never
+/// came to rest.
 const KEEP: f32 = 0.5;
 
-/// Sweeps of a substep of the soft form, unless the configuration says otherwise.
+/// Sweeps of a substep of the soft form, unless configured.
 const SWEEPS: u32 = 2;
 
-/// Fewest substeps of soft links beside a method that takes fewer.
+/// Minimum number of substeps of soft links beside a method with fewer.
 const LEAST_SUBSTEPS: u32 = 8;
 
-/// Sweeps of a substep of the forms that project, unless the configuration says otherwise.
+/// Sweeps of a substep of the projecting forms, unless configured.
 const PROJECTIONS: u32 = 10;
 
-/// How links and contacts of particles are solved.
+/// Form in which links and contacts of particles are solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
     Soft,
@@ -40,7 +41,7 @@ pub(crate) enum Form {
     Verlet,
 }
 
-/// Numbers of the step of tied particles.
+/// Constants of tied particles in one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pace {
     pub(crate) form: Form,
@@ -49,17 +50,17 @@ pub(crate) struct Pace {
     pub(crate) substeps: u32,
     pub(crate) sweeps: u32,
     pub(crate) softness: Softness,
-    /// Part of the error of a chain's link that a substep takes out, over the substep [1/s].
+    /// Part of the error of a chain's link that a substep removes, divided by the substep [1/s].
     pub(crate) chain_rate: f32,
-    /// What its links yield, as a part of what they answer.
+    /// Compliance of a chain's links, as a part of their response to an impulse.
     pub(crate) chain_give: f32,
     /// Factor of the last step's impulses.
     pub(crate) impulse_scale: f32,
-    /// Part of a substep's impulses that the next one begins with.
+    /// Part of a substep's impulses with which the next one warm-starts.
     pub(crate) keep: f32,
-    /// Lines of bodies repeat what pushed them in the last substep.
+    /// Solver bodies repeat their impulses of the last substep.
     pub(crate) bodies_repeat: bool,
-    /// How fast errors close.
+    /// Caps on the speed at which errors close.
     pub(crate) caps: Caps,
     pub(crate) push_speed: f32,
     pub(crate) restitution_speed: f32,
@@ -88,7 +89,7 @@ impl Pace {
             HERTZ / h.max(SHORTEST_OF_PARTICLES)
         };
         let softness = Softness::new(hertz, particle.damping_ratio, h);
-        // As soft as the user wants them; of themselves they hardly yield.
+        // Chains are as soft as configured; by default they hardly yield.
         let soft = if particle.hertz > 0.0 { softness.impulse / softness.mass } else { 0.0 };
         Self {
             form,
@@ -97,7 +98,7 @@ impl Pace {
             substeps,
             sweeps: if particle.sweeps > 0 { particle.sweeps } else { own },
             softness,
-            // Chains are solved at once: nothing but this holds their rate down.
+            // Chains are solved at once, so this is the only limit on their rate.
             chain_rate: (softness.rate / softness.mass).min(1.0 / SHORTEST_OF_PARTICLES),
             chain_give: soft.max(chain::GIVE),
             impulse_scale: if keeps { (h / last_h).min(4.0) * KEEP } else { 0.0 },
@@ -112,7 +113,7 @@ impl Pace {
     }
 }
 
-/// The solver's lines, as lent to the particles.
+/// Solver bodies, as lent to the particles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyLines<'a> {
     pub(crate) line_of: &'a [u32],
@@ -123,7 +124,7 @@ pub(crate) struct BodyLines<'a> {
 /// A sweep over all rows.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ParticlePass {
-    /// With bias; the first of a substep that another came before, or of one of the forms that project.
+    /// With bias. `first`: the first sweep of a substep after another one, or of a projecting form.
     Solve {
         first: bool,
     },

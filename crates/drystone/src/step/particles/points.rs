@@ -1,11 +1,13 @@
-//! Particles against shapes: eight contacts at a time, of eight particles and as many bodies.
+//! Contacts of particles with shapes: solves eight at a time, for eight particles and as many
+//! bodies.
 //!
-//! Symbols: w = 1/m of the particle; α, S, v̂, ŵ of the body as in the solver's rows; n the normal from the
-//! body to the particle, r the arm from the body's center, both of the step's start. Along each of its three
-//! directions d the body has the row (α d, S (r × d)), so a sweep multiplies no matrix.
+//! Symbols: w = 1/m of the particle; α, S, v̂, ŵ of the body as in the solver's rows; n the normal
+//! from the body to the particle, r the arm from the body's center, both of the step's start. Along
+//! each of its three directions d the body has the row (α d, S (r × d)), so a sweep multiplies no
+//! matrix.
 //!
-//! Contacts with bodies that can be pushed come first, then those with what cannot; both are colored anew in each
-//! step, in the order of lines and shapes.
+//! Contacts with bodies that can be pushed come first, then those with immovable ones. Both are
+//! colored anew in each step, in the order of lines and shapes.
 
 mod both;
 
@@ -28,13 +30,14 @@ use crate::step::solver_body::{Whitening, load_motion, read_lanes};
 /// Part of an overlap that a substep removes.
 const PUSH_OUT: f32 = 0.2;
 
-/// Colors of the contacts with bodies that can be pushed. The last is a crowd: of a body with more contacts than
-/// there are colors, those beyond go one by one.
+/// Number of colors of contacts with bodies that can be pushed. If a body has more contacts than
+/// colors, the remaining ones are in the last color, whose contacts are solved one by one.
 const PUSHING: usize = 64;
 
 const CROWD: usize = PUSHING - 1;
 
-/// Colors of all contacts: with what cannot be pushed, a particle's first is of the first color, and so on.
+/// Number of colors of all contacts. A particle's first contact with an immovable shape has the
+/// first of the further colors, its second the next, and so on.
 const COLORS: usize = PUSHING + MOST;
 
 /// Eight contacts that share no particle, and no body that can be pushed.
@@ -43,14 +46,14 @@ const COLORS: usize = PUSHING + MOST;
 pub(crate) struct PointBlock {
     /// Lines of the particles; 0 for an idle lane.
     line: [u32; LANES],
-    /// Lines of the bodies in the solver; 0: it cannot be pushed.
+    /// Rows of the solver bodies; 0: it cannot be pushed.
     body: [u32; LANES],
     alpha: Lanes,
     separation: Lanes,
     n: [Lanes; 3],
     /// S (r × d) of the normal and of the two directions along the surface.
     turns: [[Lanes; 3]; 3],
-    /// Velocity of the surface itself along each [m/s].
+    /// Velocity of the surface itself along each direction [m/s].
     drift: [Lanes; 3],
     mass: Lanes,
     /// Impulses of a substep on the particle [N s]: along the normal, and along the surface.
@@ -60,16 +63,16 @@ pub(crate) struct PointBlock {
     friction: Lanes,
     t1: [Lanes; 3],
     t2: [Lanes; 3],
-    /// Greatest `press` in the step.
+    /// Maximum `press` in the step.
     most: Lanes,
-    /// Normal velocity at the step's start, if that is an arrival; else 0.
+    /// Normal velocity at the step's start if it is an impact; else 0.
     arrival: Lanes,
     restitution: Lanes,
     seed: Seed,
     bounces: bool,
 }
 
-/// What a block is made of, as vectors [world].
+/// Inputs of a block as vectors [world].
 #[derive(Clone, Debug, Default)]
 struct Seed {
     r: [Lanes; 3],
@@ -77,14 +80,14 @@ struct Seed {
     rub: [Lanes; 3],
 }
 
-/// The contacts of a step.
+/// Contacts of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Contacts {
-    /// By color.
+    /// Blocks, by color.
     blocks: Vec<PointBlock>,
-    /// Where the blocks of each color begin, and where the last ones end.
+    /// First block of each color, and the end of the last one.
     starts: [usize; COLORS + 1],
-    /// Of each meeting: its color, and its number among those of the color.
+    /// Color of each meeting, and its number within the color.
     seats: Vec<(u32, u32)>,
     /// Colors of each body, by row.
     of_body: Vec<u64>,
@@ -97,8 +100,8 @@ impl Default for Contacts {
 }
 
 impl Contacts {
-    /// Contacts of these meetings, with the impulses that `touches`, in the same order, tell of the last step;
-    /// particles and bodies get them.
+    /// Makes the contacts of these meetings, with the impulses of the last step from `touches`, in
+    /// the same order; applies them to particles and bodies.
     pub(super) fn begin(
         &mut self,
         (meetings, touches): (&[Meeting], &[Touch]),
@@ -131,7 +134,7 @@ impl Contacts {
         });
     }
 
-    /// A color for each contact, and empty blocks for all.
+    /// Assigns a color to each contact, and makes empty blocks for all.
     fn color(&mut self, meetings: &[Meeting], bodies: usize) {
         self.seats.clear();
         self.of_body.clear();
@@ -176,12 +179,12 @@ impl Contacts {
         }
     }
 
-    /// Calls `f` with all blocks, color by color, and whether their bodies can be pushed.
+    /// Calls `f` with all blocks, color by color, and true if their bodies can be pushed.
     fn each(&mut self, jobs: &Jobs<'_>, f: &(dyn Fn(&mut [PointBlock], bool) + Sync)) {
         for color in 0..COLORS {
             let (start, end) = (self.starts[color], self.starts[color + 1]);
             let n = end - start;
-            // A crowd shares bodies.
+            // Contacts of the crowd share bodies.
             let least = if color == CROWD { n } else { grain(jobs, n, 32) };
             for_items(jobs, &mut self.blocks[start..end], least, |_, blocks| {
                 f(blocks, color < PUSHING);
@@ -200,7 +203,7 @@ impl Contacts {
         });
     }
 
-    /// What arrived bounces.
+    /// Applies restitution to contacts with an impact.
     pub(super) fn bounce(&mut self, ground: &Ground<'_>, jobs: &Jobs<'_>) {
         self.each(jobs, &|blocks, pushes| {
             dispatch!(ground.pace.level, simd => {
@@ -213,7 +216,7 @@ impl Contacts {
         });
     }
 
-    /// Writes down the impulses of contacts that touch, in the order of their meetings.
+    /// Stores the impulses of touching contacts, in the order of their meetings.
     pub(super) fn store(&self, meetings: &[Meeting], touches: &mut Vec<Touch>) {
         touches.clear();
         for (i, m) in meetings.iter().enumerate() {
@@ -258,14 +261,15 @@ fn arrival(ground: &Ground<'_>, m: &Meeting, bodies: &Bodies) -> f32 {
     let of_body = if m.pushes { bodies.at(m.body).velocity_at(m.r) } else { Vec3::ZERO };
     let v = ground.before.read(m.line as usize);
     let arrival = m.n.dot(vec3(v[0], v[1], v[2]) - of_body - m.drift);
-    // What forces alone make in a step is no arrival: it is what a particle at rest has.
+    // A speed that forces alone produce in a step is that of a particle at rest, not an impact.
     #[expect(clippy::cast_precision_loss, reason = "at most 256")]
     let dt = pace.h * pace.substeps as f32;
     let slow = (2.0 * pace.gravity.length() * dt).max(pace.restitution_speed);
     if -arrival > slow { arrival } else { 0.0 }
 }
 
-/// The numbers of a block for this step, and its stored impulses to particles and bodies.
+/// Computes a block's constants for this step, and applies its stored impulses to particles and
+/// bodies.
 #[inline(always)]
 fn prepare<S: Simd>(
     simd: S,
@@ -297,7 +301,7 @@ fn prepare<S: Simd>(
     }
     let mut q = read(simd, block, ground, pushes);
     inverse_or_zero(simd, q.w + squares[0]).store_array(&mut block.mass);
-    // Of both directions together: at least the greater of the two.
+    // For both directions together: at least the greater of the two.
     let slide = q.w + squares[1] + squares[2] - q.alpha * q.alpha;
     inverse_or_zero(simd, slide).store_array(&mut block.mass_slide);
     let rub = Vec3w::load(simd, &block.seed.rub);
@@ -344,7 +348,7 @@ fn solve<S: Simd>(
         (rub[0] * keep).store_array(&mut block.rub[0]);
         (rub[1] * keep).store_array(&mut block.rub[1]);
     }
-    // How far particle and surface went toward each other since the step's start.
+    // Approach of particle and surface since the step's start.
     let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
     let mut way = q.x;
     if pace.form == Form::Aim {
@@ -354,7 +358,7 @@ fn solve<S: Simd>(
     if pushes {
         let mut body = load_motion(simd, &ground.bodies, &block.body);
         if !soft {
-            // At the moment that the particle's way tells of.
+            // At the same time as the particle's displacement.
             body.v = body.v + q.body.v * h;
             body.w = body.w + q.body.w * h;
         }
@@ -372,18 +376,18 @@ fn solve<S: Simd>(
         };
         select(above(gap, zero), vn + close, deep)
     } else {
-        // The gap is that of the substep's end: velocity is in it.
+        // The gap is that of the substep's end and includes the velocity.
         close
     };
     let press = max(old - load(simd, &block.mass) * speed, zero);
     if !was_pressed && bits(above(press, zero)) == 0 {
-        // Near, and not touched: most of what lies beside edges.
+        // The contact is near but does not touch, as most shapes beside edges.
         return;
     }
     press.store_array(&mut block.press);
     max(load(simd, &block.most), press).store_array(&mut block.most);
     q.push(simd, block, ground, (0, n), press - old, pushes);
-    // Friction is that of the velocity after the normal's impulse.
+    // Friction uses the velocity after the normal's impulse.
     let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
     let slide = load(simd, &block.mass_slide);
     let rub = [load(simd, &block.rub[0]), load(simd, &block.rub[1])];
@@ -402,7 +406,7 @@ fn solve<S: Simd>(
     q.write(simd, block, ground, pushes);
 }
 
-/// Gives those that arrived, and were pressed, the velocity that restitution asks.
+/// Gives contacts with an impact and an impulse the velocity that restitution requires.
 #[inline(always)]
 fn bounce<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, pushes: bool) {
     let mut q = read(simd, block, ground, pushes);

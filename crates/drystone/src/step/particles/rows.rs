@@ -1,7 +1,7 @@
-//! Particles held by bodies, one row at a time.
+//! Attachments: solves particles held by bodies, one row at a time.
 //!
-//! Symbols: w = 1/m of the particle; α, S, v̂, ŵ of the body as in the solver's rows; r the arm from the body's
-//! center, which turns with the body.
+//! Symbols: w = 1/m of the particle; α, S, v̂, ŵ of the body as in the solver's rows; r the arm
+//! from the body's center, which turns with the body.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::pace::{Form, Pace};
@@ -12,13 +12,13 @@ use crate::state::particles::ParticleLine;
 use crate::step::context::caps::SHORTEST_OF_PARTICLES;
 use crate::step::solver_body::{SolverBody, Whitening, three};
 
-/// Part of the gap of an attachment that a substep takes out.
+/// Part of the gap of an attachment that a substep removes.
 const CLOSE: f32 = 0.8;
 
-/// What a particle is against.
+/// The body that a particle acts on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Partner {
-    /// SolverBody of the body in the solver; 0: it cannot be pushed.
+    /// Row of the body in the solver; 0: it cannot be pushed.
     pub(crate) line: u32,
     alpha: f32,
     s: Sym3,
@@ -42,7 +42,7 @@ impl Partner {
         three(line.v) * self.alpha + self.s.mul(three(line.w)).cross(r)
     }
 
-    /// How far its center went since the step's start, and how it turned.
+    /// Displacement of its center, and its rotation, since the step's start.
     fn motion(&self, lines: &Rows<'_, SolverBody>) -> (Vec3, Vec3) {
         if self.line == 0 {
             return (Vec3::ZERO, Vec3::ZERO);
@@ -51,7 +51,7 @@ impl Partner {
         (three(line.x) * self.alpha, self.s.mul(three(line.t)))
     }
 
-    /// An impulse `p`, and `torque` about the center.
+    /// Applies an impulse `p`, and `torque` about the center.
     fn push(&self, lines: &Rows<'_, SolverBody>, p: Vec3, torque: Vec3) {
         if self.line == 0 {
             return;
@@ -65,15 +65,15 @@ impl Partner {
     }
 }
 
-/// The rows that a sweep writes.
+/// Rows that a sweep writes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground<'a> {
     pub(crate) pace: &'a Pace,
     pub(crate) particles: Rows<'a, ParticleLine>,
-    /// Ways at the substep's start, of the form that keeps positions.
+    /// Displacements at the substep's start, for the form that keeps positions.
     pub(crate) before: Rows<'a, [f32; 4]>,
     pub(crate) bodies: Rows<'a, SolverBody>,
-    /// Time of the step that positions have advanced [s].
+    /// Time by which positions have advanced in the step [s].
     pub(crate) elapsed: f32,
 }
 
@@ -85,13 +85,15 @@ impl<'a> Ground<'a> {
         bodies: Rows<'a, SolverBody>,
         elapsed: f32,
     ) -> Self {
-        // SAFETY: who solves in parallel goes by colors, whose rows share no particle, and no body that can be pushed.
+        // SAFETY: parallel passes go by colors, whose rows share no particle, and no body that can
+        // be pushed.
         let apart = unsafe { Apart::promise() };
         let (particles, before) = (Rows::new(particles, apart), Rows::new(before, apart));
         Self { pace, particles, before, bodies, elapsed }
     }
 
-    /// Velocity of a particle, and its way at the substep's end as far as it is known.
+    /// Velocity of a particle, and its predicted displacement at the substep's end (in the soft
+    /// form the present one).
     #[inline]
     fn state(&self, line: u32) -> (Vec3, Vec3) {
         let p = self.particles.read(line as usize);
@@ -118,13 +120,13 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// What is to be given back to a body, for each impulse of the last substep on the particle, so that it has
-    /// what the row keeps.
+    /// Factor of the last substep's impulse on the particle, to apply to the body so that both
+    /// carry the part that the row keeps.
     pub(crate) const fn repeat(&self) -> f32 {
         if self.pace.bodies_repeat { 1.0 - self.pace.keep } else { -self.pace.keep }
     }
 
-    /// Way of a body at the moment that [`Self::state`] tells of.
+    /// Displacement of a body at the time of [`Self::state`].
     fn ahead(&self, partner: &Partner) -> (Vec3, Vec3) {
         let (x, t) = partner.motion(&self.bodies);
         if partner.line == 0 || self.pace.form == Form::Soft {
@@ -142,16 +144,17 @@ pub(crate) struct HoldRow {
     pub(crate) line: u32,
     pub(crate) number: u32,
     partner: Partner,
-    /// From the body's center to where it holds, at the step's start and when the impulse was applied.
+    /// Arm from the body's center to the anchor, at the step's start and when the impulse was
+    /// applied.
     r0: Vec3,
     r: Vec3,
-    /// Particle less anchor at the step's start [m].
+    /// Position of the particle minus that of the anchor, at the step's start [m].
     gap: Vec3,
     drift: Vec3,
     w: f32,
-    /// On the particle in a substep [N s].
+    /// Impulse on the particle in a substep [N s].
     pub(crate) impulse: Vec3,
-    /// Its sum over substeps, beside a classic method.
+    /// Sum of the impulse over substeps, beside a classic method.
     pub(crate) total: Vec3,
 }
 
@@ -189,7 +192,7 @@ impl HoldRow {
         let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
         let gap = self.gap + way - x - (r - self.r0) - self.drift * time;
         if !is_relax {
-            // The body carries the impulse at the arm that it had: see the joint kernels.
+            // The body carries the impulse at the earlier arm: see the joint kernels.
             self.partner.push(&ground.bodies, Vec3::ZERO, -(r - self.r).cross(self.impulse));
             self.r = r;
         }
@@ -197,8 +200,8 @@ impl HoldRow {
         let u = v - self.partner.velocity(&ground.bodies, r) - self.drift;
         let inv_h = pace.inv_h.min(1.0 / SHORTEST_OF_PARTICLES);
         let wanted = if !soft {
-            // The gap is that after the substep, with what the two move in it. That part is no error: the next sweep must not close
-            // again what this one closes.
+            // The gap is that after the substep, with the relative motion in it. That motion is no
+            // error: the next sweep must not close again what this one closes.
             let close = |gap: f32, u: f32| {
                 let moves = u * (pace.h * inv_h);
                 let (speed, open) = (gap * inv_h, gap - u * pace.h);
@@ -217,21 +220,21 @@ impl HoldRow {
         self.impulse += d;
     }
 
-    /// What the particle answers less to an impulse than it would without the body: B = w² A, with the inverse A of
-    /// what an impulse does to the velocity of the two against each other.
+    /// Reduction of the particle's response to an impulse by the body: B = w² A, where A is the
+    /// inverse of an impulse's effect on the relative velocity of the two.
     pub(crate) fn less(&self) -> Sym3 {
         let Some(a) = self.matrix(self.r) else { return Sym3::ZERO };
         a.scaled(self.w * self.w)
     }
 
-    /// Hands on to the body what it gets of an impulse on the particle, which has got its own part.
+    /// Applies to the body its part of an impulse on the particle, which has received its own part.
     pub(crate) fn hand_on(&mut self, lines: &Rows<'_, SolverBody>, p: Vec3) {
         let d = -self.matrix(self.r).map_or(Vec3::ZERO, |a| a.mul(p * self.w));
         self.partner.push(lines, -d, -self.r.cross(d));
         self.impulse += d;
     }
 
-    /// Inverse of what an impulse does to the velocity of the two against each other.
+    /// Inverse of an impulse's effect on the relative velocity of the two.
     fn matrix(&self, r: Vec3) -> Option<Sym3> {
         let k = self.w + self.partner.alpha * self.partner.alpha;
         let (x, y, z) = (

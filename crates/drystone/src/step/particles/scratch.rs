@@ -1,4 +1,4 @@
-//! Memory of the stage `particles`.
+//! Memory of the stage `particles`, kept from step to step.
 
 use super::meet::Meeting;
 use super::pace::Pace;
@@ -8,18 +8,18 @@ use crate::state::bodies::Bodies;
 use crate::state::events::LinkTear;
 use crate::state::particles::Particles;
 
-/// What a chunk of particles found, in the order of their lines.
+/// A finding of a chunk of particles, in the order of their lines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Found {
     /// This line is solved with substeps.
     Tied(u32),
-    /// It meets this: follows its `Tied`.
+    /// A contact of the particle in the preceding `Tied`.
     Meets(Meeting),
     /// A body to wake.
     Wakes(u32),
-    /// A frozen particle whose strand is to wake.
+    /// A frozen particle whose strand must wake.
     Thaws(u32),
-    /// Its state became non-finite.
+    /// A particle whose state became non-finite.
     Fault(u32),
 }
 
@@ -29,9 +29,9 @@ pub(crate) struct Scratch {
     pub(crate) found: Vec<Vec<Found>>,
     /// Lines that are solved with substeps, ascending.
     pub(crate) tied: Vec<u32>,
-    /// What they meet, in the order of lines, then of shapes.
+    /// Contacts of tied particles, in the order of lines, then of shapes.
     pub(crate) meetings: Vec<Meeting>,
-    /// Lines that were put aside in this step.
+    /// Lines that were set aside in this step.
     pub(crate) faults: Vec<u32>,
     pub(crate) thawed: Vec<u32>,
     pub(crate) pace: tied::Scratch,
@@ -39,7 +39,8 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// See [`crate::step::Scratch::start_from`]. In the copy no body is marked as dragged, as in a world that was restored.
+    /// See [`crate::step::Scratch::start_from`]. In the copy no body is marked as dragged, as in a
+    /// restored world.
     pub(crate) fn start_from(&mut self, from: &Self, bodies: &mut Bodies) {
         self.pace.dragged.clear();
         for row in &from.pace.dragged {
@@ -54,7 +55,7 @@ impl Scratch {
         &self.settle.torn
     }
 
-    /// Lines of particles that were put aside in the last step, ascending.
+    /// Lines of particles that were set aside in the last step, ascending.
     pub(crate) fn faults(&self) -> &[u32] {
         &self.faults
     }

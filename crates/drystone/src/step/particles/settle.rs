@@ -1,5 +1,5 @@
-//! The end of a step of tied particles: ways become positions; what passed through a fixed shape is put
-//! back; timers, faults, tears; what came to rest freezes.
+//! Ends the step of tied particles: displacements become positions, particles that passed through a
+//! static shape are put back. Then timers, faults and tears follow, and particles at rest freeze.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::fly::{is_computable, put_aside};
@@ -21,11 +21,11 @@ use crate::step::context::StepContext;
 pub(crate) struct Scratch {
     /// Lines that became non-finite.
     faults: Vec<Vec<u32>>,
-    /// Least still time of each strand, by the line that names it.
+    /// Minimum still time of each strand, by the line that names it.
     still: Vec<f32>,
     /// Links that tore in the last step.
     pub(crate) torn: Vec<LinkTear>,
-    /// Strands that hang on something that is moved.
+    /// Strands that hang on a moving body.
     carried: Vec<u32>,
 }
 
@@ -57,7 +57,7 @@ pub(crate) fn settle(
     particles.last_h = h;
 }
 
-/// Ways to positions.
+/// Adds displacements to positions.
 fn advance(
     ctx: &StepContext,
     particles: &mut Particles,
@@ -102,8 +102,8 @@ fn advance(
     });
 }
 
-/// Timers of all that moved; bodies that are with particles which are not still are not still either, nor are those
-/// that hang on a strand which is moved, however slowly.
+/// Updates the timers of all moving particles. Bodies attached to particles in motion are not still
+/// either, nor are those that hang on a moving strand, however slow.
 fn keep_awake(
     ctx: &StepContext,
     rest: &SleepConfig,
@@ -118,7 +118,8 @@ fn keep_awake(
     for (row, line) in rows.values_mut().iter_mut().zip(&mut lines[1..]) {
         let Some(particle) = row else { continue };
         if particle.faulted {
-            // What it was linked to may have become non-finite in this step, and that times no inverse mass is no number.
+            // Its neighbor may have become non-finite in this step, and an infinite value times an
+            // inverse mass of 0 is NaN.
             line.set_velocity(Vec3::ZERO);
         }
         if moves(particle) {
@@ -148,7 +149,7 @@ fn keep_awake(
     }
 }
 
-/// Takes out the links that were stretched too far or pulled too hard, in the order of their slots.
+/// Removes links that were stretched too far or pulled too hard, in the order of their slots.
 fn tear(particles: &mut Particles, h: f32, torn: &mut Vec<LinkTear>) {
     if !particles.can_tear {
         return;
@@ -173,7 +174,7 @@ fn tear(particles: &mut Particles, h: f32, torn: &mut Vec<LinkTear>) {
     }
 }
 
-/// Strands that were still for long enough, with nothing awake at them, rest.
+/// Freezes strands that were still for long enough and that no awake body touches.
 fn freeze(
     ctx: &StepContext,
     rest: &SleepConfig,

@@ -1,4 +1,4 @@
-//! Tied particles: passes in step with the solver.
+//! Tied particles: their passes within a step of the solver.
 
 use fearless_simd::dispatch;
 
@@ -21,30 +21,32 @@ use crate::step::solver_body::SolverBody;
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    /// By line: of the soft form the velocity before any impulse of the substep, of the form of positions the
-    /// way at its start.
+    /// By line: velocity before any impulse of the substep (soft form), or displacement at the
+    /// substep's start (positions).
     before: Vec<[f32; 4]>,
-    /// By number of the tied particle: velocity that forces add in a substep, and what damping leaves.
+    /// By index of the tied particle: velocity that forces add in a substep, and the factor of
+    /// damping.
     forces: Vec<[f32; 4]>,
     contacts: Contacts,
     holds: Vec<HoldRow>,
-    /// Number of the row of each attachment + 1, or 0.
+    /// Index of each attachment's row + 1, or 0.
     hold_of: Vec<u32>,
-    /// Rows of the bodies that particles push or are held by in this step, ascending; and in the last one.
+    /// Rows of the bodies that particles push or are held by in this step, ascending; and those of
+    /// the last step.
     pub(crate) dragged: Vec<u32>,
     pub(crate) released: Vec<u32>,
-    /// Of each dragged body beside a classic method: what it moves in a substep beyond its velocity.
+    /// Motion of each dragged body in a substep beyond its velocity, beside a classic method.
     own: Vec<SolverBody>,
     /// Groups of the solver with such bodies, ascending.
     pub(crate) groups: Vec<usize>,
 }
 
-/// Particles that links, attachments or bodies tie, on their way through a step.
+/// Particles that are tied by links, attachments or bodies, during a step.
 #[derive(Debug)]
 pub(crate) struct Tied<'a> {
     pub(crate) pace: Pace,
     pub(crate) particles: &'a mut Particles,
-    /// Their lines.
+    /// Lines of the tied particles.
     pub(crate) tied: &'a [u32],
     pub(crate) meetings: &'a [Meeting],
     pub(crate) scratch: &'a mut Scratch,
@@ -56,7 +58,7 @@ impl Tied<'_> {
         self.tied.is_empty()
     }
 
-    /// Rows of this step, and the stored impulses.
+    /// Prepares the rows of this step, and applies the stored impulses.
     pub(crate) fn begin(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
         let pace = self.pace;
         let s = &mut *self.scratch;
@@ -114,7 +116,7 @@ impl Tied<'_> {
         }
     }
 
-    /// Chains with the impulses of their links, which themselves rest.
+    /// Prepares chains with the impulses of their links; the links themselves become idle.
     fn begin_chains(&mut self) {
         if self.pace.form != Form::Soft {
             return;
@@ -132,7 +134,7 @@ impl Tied<'_> {
         contacts.begin((self.meetings, touches), bodies, to, &ground, jobs);
     }
 
-    /// Forces, and what is carried of the last substep's impulses.
+    /// Applies forces, and the part of the last substep's impulses that is kept.
     pub(crate) fn velocities(&mut self, first: bool, jobs: &Jobs<'_>) {
         let (pace, tied, forces) = (self.pace, self.tied, &self.scratch.forces);
         // SAFETY: tied particles are all different.
@@ -168,7 +170,7 @@ impl Tied<'_> {
     pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * self.pace.h;
-        // Particles that nothing ties to each other have no use for more than one.
+        // One sweep is enough for particles without links and attachments.
         let tied = !self.particles.links.is_empty() || !self.scratch.holds.is_empty();
         for sweep in 0..if tied { self.pace.sweeps } else { 1 } {
             let first = sweep == 0 && (substep > 0 || self.pace.form != Form::Soft);
@@ -176,7 +178,7 @@ impl Tied<'_> {
         }
     }
 
-    /// The sweep without bias after `moved` [s] of the step.
+    /// The sweep without bias, after `moved` [s] of the step.
     pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         if self.pace.form == Form::Soft {
             self.sweep(ParticlePass::Relax, moved, bodies, jobs);
@@ -223,7 +225,8 @@ impl Tied<'_> {
         s.contacts.sweep(kind, &ground, jobs);
     }
 
-    /// Ways follow velocities for one substep, or velocities the ways.
+    /// Advances displacements by velocities for one substep, or computes velocities from
+    /// displacements.
     pub(crate) fn positions(&mut self, jobs: &Jobs<'_>) {
         let (pace, tied) = (self.pace, self.tied);
         // SAFETY: tied particles are all different.
@@ -244,7 +247,7 @@ impl Tied<'_> {
         });
     }
 
-    /// Bounces, and the impulses that are kept.
+    /// Applies restitution, and stores impulses.
     pub(crate) fn end(&mut self, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         let s = &mut *self.scratch;
         let Particles { lines, chains, colors, attachments, touches, .. } = &mut *self.particles;
@@ -261,11 +264,11 @@ impl Tied<'_> {
         s.contacts.store(self.meetings, touches);
     }
 
-    /// The whole step beside bodies that have done theirs: what particles do to these comes on top of their
+    /// The whole step after that of the bodies: effects of particles on them are added to their
     /// motion. `lines` are whitened.
     pub(crate) fn follow(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
         let (dragged, n) = (self.scratch.dragged.len(), self.pace.substeps);
-        // Of each dragged body: what it moves in a substep of itself, beyond its velocity.
+        // Motion of each dragged body in a substep beyond its velocity.
         let mut own = core::mem::take(&mut self.scratch.own);
         own.clear();
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
@@ -306,8 +309,9 @@ impl Tied<'_> {
         self.scratch.own = own;
     }
 
-    /// Adds up the impulses of holds and chains; with 0 it begins anew. Bodies that have done their step bring all of
-    /// their gravity along, so that the first substep pulls for the others: what is told of a pull is the mean.
+    /// Sums the impulses of holds and chains; a factor of 0 restarts the sum. Bodies that have
+    /// completed their step already moved by all of their gravity, so the first substep pulls for
+    /// the others too. The reported pull is therefore the mean.
     fn tally(&mut self, factor: f32) {
         for hold in &mut self.scratch.holds {
             hold.total = (hold.total + hold.impulse) * factor;
@@ -319,7 +323,7 @@ impl Tied<'_> {
         }
     }
 
-    /// The mean impulse in place of the last one: `part` of what was added up.
+    /// Replaces the last impulse by the mean: `part` of the sum.
     fn average(&mut self, part: f32) {
         if self.pace.form != Form::Soft {
             return;
@@ -335,7 +339,7 @@ impl Tied<'_> {
     }
 }
 
-/// Calls `f` with all blocks; of a crowd, which may share particles, in one piece.
+/// Calls `f` with all blocks; a crowd, which may share particles, is passed as one slice.
 pub(crate) fn for_blocks(
     blocks: &mut [LinkBlock],
     crowd: bool,
@@ -347,7 +351,7 @@ pub(crate) fn for_blocks(
     for_items(jobs, blocks, least, |_, blocks| f(blocks));
 }
 
-/// A chain that bodies hold, after its ends.
+/// Solves a chain held by bodies, after the holds at its ends.
 fn sweep_held(
     block: &mut ChainBlock,
     (holds, hold_of): (&mut [HoldRow], &[u32]),
@@ -359,7 +363,7 @@ fn sweep_held(
     for (side, number) in block.holds.iter().enumerate() {
         rows[side] = number.and_then(|n| hold_of[n as usize].checked_sub(1));
         if let Some(row) = rows[side] {
-            // Another chain may have moved the body since it was solved with the others.
+            // Another chain may have moved the body since the last solve of the holds.
             let hold = &mut holds[row as usize];
             hold.solve(ground, matches!(kind, ParticlePass::Relax), false);
             ends[side] = hold.less();

@@ -4,7 +4,7 @@ use crate::state::def::drives::Drives;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
-/// What tells who is driven.
+/// Tables that decide whether a body is driven.
 pub(crate) fn drives_of<'a>(
     sets: &'a Sets<'_>,
     shapes: &'a Shapes,

@@ -1,11 +1,12 @@
-//! Freezing: bodies that have come to rest stop one by one, and are immovable until something changes the
-//! forces on them [Schmidl04].
+//! Freezing: bodies at rest stop individually, and are immovable until the forces on them change
+//! [Schmidl04].
 //!
-//! A body freezes when its energy was below a tenth of what gravity gives it in a step for as long as sleep asks
-//! for (a throw is that slow at its top for two steps at most), something carries it, and all that carries it is
-//! fixed, frozen or freezes with it. It wakes when an awake body meets it, and when the force or the torque of
-//! its contacts is no longer what it was: a support went away, a load came or went, something pushes. Bodies
-//! with joints do not freeze: they sleep by islands, as all do.
+//! A body freezes under three conditions. Its energy was below a tenth of the energy that gravity
+//! gives it in a step, for the configured sleep time (a thrown body is that slow at its top for two
+//! steps at most). Something carries it. Every body that carries it is static, frozen, or freezes
+//! with it. It wakes when an awake body meets it, and when the force or the torque of its contacts
+//! changes: a support was removed, a load came or went, something pushes. Bodies with joints do not
+//! freeze: they sleep by islands, like all others.
 
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Load};
@@ -15,39 +16,42 @@ use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::solver::body::integrate;
 
-/// Energy below which a body is at rest, in parts of what gravity gives it in a step. All of it, the paper's,
-/// is 0.16 m/s at 60 Hz: what begins to tip over its edge is slower for longer than sleep asks for.
+/// Energy below which a body is at rest, as a part of the energy that gravity gives it in a step.
+/// The paper's value, all of it, is 0.16 m/s at 60 Hz: a body that begins to tip over its edge is
+/// slower than that for longer than the sleep time.
 const ENERGY: f32 = 0.1;
 
-/// Part of its weight that must be carried, and by which the force on it may change while it is frozen (and by
-/// which times its size the torque may); of its load if that is more: deep in a pile no force has a unique
-/// answer, and with a part of the weight a thousand cubes woke each other for ever.
+/// Part of its weight that must be carried, and by which the force on it may change while it is
+/// frozen (the torque: this times its size). If its load is greater, the load counts instead of the
+/// weight. Deep in a pile contact forces are not unique, and with a part of the weight a thousand
+/// cubes woke each other for ever.
 const CARRIED: f32 = 0.5;
 
 const CHANGE: f32 = 0.3;
 
-/// Part of the time of sleep after which what was woken by its load may freeze again, if it has not moved: it was
-/// still before, and the longer it is awake the more of its neighbors it wakes.
+/// Part of the sleep time after which a body woken by its load may freeze again, if it has not
+/// moved. It was still before, and the longer it is awake the more neighbors it wakes.
 const AGAIN: f32 = 0.2;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     rows: Vec<u32>,
-    /// Frozen bodies that awake ones touch, and whether one of those moves.
+    /// Frozen bodies that awake ones touch; true if one of those moves.
     touched: Vec<(u32, bool)>,
-    /// Of each body, whether it may freeze in this step, and whether it waits to be looked at again.
+    /// For each body: true if it may freeze in this step, and true if it must be checked again.
     may: Vec<bool>,
     waits: Vec<bool>,
     queue: Vec<u32>,
 }
 
-/// The speed [m/s] that a body without spin has at the limit of rest; `least` is the world's for sleep.
+/// Maximum speed of a body without spin at rest [m/s]; `least` is the world's for sleep.
 pub(crate) fn rest_speed(ctx: &StepContext, least: f32) -> f32 {
     (ENERGY.sqrt() * ctx.gravity.length() * ctx.dt).max(least)
 }
 
-/// True if the body is at rest by its energy; `speed` is the world's and the least limit.
+/// True if the body is at rest by its energy; `speed` is the world's, and a lower bound of the
+/// limit.
 pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
     let w = (body.rotation * body.principal).unrotate(body.w);
     let m = body.moments;
@@ -56,7 +60,7 @@ pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
     body.v.length_squared() + turning / body.mass < most * most
 }
 
-/// What the contacts did to a body in the last step.
+/// Force and torque of the contacts on a body in the last step.
 fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> Load {
     let (mut force, mut torque, mut size) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     for (contact, side) in sets.contacts.of_body(sets.bodies.at(row)) {
@@ -77,12 +81,13 @@ fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> Load {
     Load { force: force * per, torque: torque * per, size: size * per }
 }
 
-/// How long a body has been still that its load has just woken [s].
+/// Still time of a body that its load has just woken [s].
 fn still_after_load(config: &SleepConfig) -> f32 {
     (1.0 - AGAIN) * config.time
 }
 
-/// Wakes frozen bodies on which the load has changed. Only those that touch an awake one can have changed.
+/// Wakes frozen bodies whose load has changed. Only a body that touches an awake one can have a
+/// changed load.
 pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>, s: &mut Scratch) {
     s.touched.clear();
     let settled = still_after_load(config);
@@ -95,7 +100,7 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
             }
         }
     }
-    // Of each body whether one that moves touches it: true comes first.
+    // Keeps one entry per body, true if a moving one touches it: true sorts first.
     s.touched.sort_unstable_by_key(|(row, moves)| (*row, !*moves));
     s.touched.dedup_by_key(|(row, _)| *row);
     for i in 0..s.touched.len() {
@@ -105,9 +110,9 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
         let most = CHANGE * weight(ctx, config, body).max(old.size);
         let changed = (now.force - old.force).length() > most
             || (now.torque - old.torque).length() > most * body.extent;
-        // Deep in a pile a little of the load is all of the weight: there, that the weight is not carried says
-        // something only where a support can have gone. Asked of what is at rest too, cubes of a pile woke each
-        // other for 20 s.
+        // Deep in a pile a small part of the load is all of the weight. There, a weight that is not
+        // carried is significant only where a support can have been removed. With this test for
+        // neighbors at rest too, cubes of a pile woke each other for 20 s.
         let lost = moves && !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true);
         if changed || lost {
             let before = sets.bodies.at(row).still_time;
@@ -118,13 +123,13 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
     }
 }
 
-/// Weight of a body [N]; without gravity the force that would give it the speed of sleep in a step.
+/// Weight of a body [N]; without gravity, the force that would give it the sleep speed in a step.
 fn weight(ctx: &StepContext, config: &SleepConfig, body: &Body) -> f32 {
     let acceleration = integrate::acceleration(ctx, body).length();
     body.mass * acceleration.max(body.still_speed(config.speed) / ctx.dt)
 }
 
-/// Freezes what rests.
+/// Freezes bodies at rest.
 pub(super) fn freeze(
     ctx: &StepContext,
     config: &SleepConfig,
@@ -148,7 +153,7 @@ pub(super) fn freeze(
             s.rows.push(*row);
         }
     }
-    // What stands on something that moves does not freeze, nor what stands on that.
+    // A body on a moving one does not freeze, nor do bodies on it.
     s.queue.clone_from(&s.rows);
     while let Some(row) = s.queue.pop() {
         s.waits[row as usize] = false;
@@ -160,7 +165,7 @@ pub(super) fn freeze(
             continue;
         }
         s.may[row as usize] = false;
-        // Each waits once: what left can no longer carry the others.
+        // Queue each neighbor once: the removed body can no longer carry it.
         for (contact, side) in sets.contacts.of_body(sets.bodies.at(row)) {
             let c = sets.contacts.at(contact);
             let other = if side == 0 { c.body_b } else { c.body_a };
@@ -176,7 +181,7 @@ pub(super) fn freeze(
     sets.rest(&s.rows);
 }
 
-/// Takes down what awake bodies of these bear: they are about to rest.
+/// Stores the loads of the awake ones of these bodies, which are about to rest.
 pub(crate) fn note_loads(ctx: &StepContext, rows: &[u32], sets: &mut Sets<'_>) {
     for row in rows {
         if sets.bodies.at(*row).active() {

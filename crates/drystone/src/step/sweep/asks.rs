@@ -1,4 +1,5 @@
-//! Asks the hooks whether two shapes stop each other that meet within the step: a shot flies through what they drop.
+//! Calls the hooks for shapes that meet within the step, to decide whether they stop each other: a
+//! projectile passes through contacts that a hook drops.
 
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::pose::Pose;
@@ -11,7 +12,7 @@ use crate::step::broadphase::rank;
 use crate::step::context::StepContext;
 use crate::step::hooks::{HookedContact, Hooks, Motion, Surface};
 
-/// The hooks of a step, and what they are told of.
+/// The hooks of a step, with the tables for their arguments.
 #[derive(Clone, Copy)]
 pub(super) struct Asks<'a> {
     pub(super) ctx: &'a StepContext,
@@ -21,18 +22,19 @@ pub(super) struct Asks<'a> {
 }
 
 impl Asks<'_> {
-    /// Whether hooks are asked for a pair at all.
+    /// True if a pair has hooks.
     pub(super) fn are_of(&self, a: u32, b: u32) -> bool {
         [a, b].iter().any(|shape| self.shapes.at(*shape).reports.has_hooks())
     }
 
-    /// Whether they let two shapes stop each other whose bodies' centers of mass are there when they meet.
+    /// True if the hooks let two shapes stop each other, with the centers of mass of their bodies
+    /// at `poses` at the impact.
     pub(super) fn stop(&self, rows: [u32; 2], poses: [Pose; 2]) -> bool {
         let ([a, b], [at_a, at_b]) = self.in_order(rows, poses);
         let (shape_a, shape_b) = (self.shapes.at(a), self.shapes.at(b));
         let pose_a = at_a.compose(&shape_a.centered);
         let b_in_a = pose_a.relative(&at_b.compose(&shape_b.centered));
-        // Where they meet they are apart by a part of the thinner one's size.
+        // At the impact they are apart by a part of the thinner one's size.
         let inner = |shape: &ShapeRow| self.bodies.at(shape.body).inner;
         let near = self.ctx.margin + inner(shape_a).min(inner(shape_b));
         let mut made = [Manifold::default(); MAX_PARTS];
@@ -50,7 +52,7 @@ impl Asks<'_> {
         count == 0 || all.any(|manifold| self.admits([a, b], [at_a, at_b], manifold))
     }
 
-    /// Whether they let a contact act of two shapes, the one that contacts have first being first.
+    /// True if the hooks admit a contact of two shapes, in the order of the contact.
     fn admits(&self, rows: [u32; 2], poses: [Pose; 2], manifold: &Manifold) -> bool {
         let shapes = rows.map(|row| self.shapes.at(row));
         let PairSurface { friction, restitution, softness, .. } =
@@ -77,7 +79,7 @@ impl Asks<'_> {
         !contact.dropped
     }
 
-    /// In the order in which their contact has them.
+    /// The shapes and poses in the order of their contact.
     fn in_order(&self, [a, b]: [u32; 2], [at_a, at_b]: [Pose; 2]) -> ([u32; 2], [Pose; 2]) {
         let of = |row: u32| (rank(self.shapes.at(row)), row);
         if of(b) < of(a) { ([b, a], [at_b, at_a]) } else { ([a, b], [at_a, at_b]) }

@@ -1,5 +1,7 @@
-//! Which shapes of fast bodies may have met others in the step: of bodies that stayed in their boxes all that they are pairs
-//! with, of others what the trees have on their way, and of two fast ones whose ways crossed where neither ended.
+//! Candidate pairs: finds shapes of fast bodies that may have met others within the step. For a
+//! body that stayed in its boxes, the candidates are its existing pairs. For other bodies, the
+//! trees are queried along the path. A third search finds fast bodies whose paths crossed where
+//! neither ended.
 
 use core::cmp::Ordering;
 
@@ -20,7 +22,7 @@ use crate::step::notes::Flight;
 /// Two shapes, the lower row first.
 pub(super) type Meeting = (u32, u32);
 
-/// What stands around.
+/// Tables that the search needs.
 pub(super) struct Around<'a> {
     pub(super) ways: Ways<'a>,
     pub(super) shapes: &'a Shapes,
@@ -38,25 +40,27 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Each once, in order.
+    /// Candidate pairs, each once, ascending.
     pub(super) fn found(&self) -> &[Meeting] {
         &self.found
     }
 }
 
-/// Where a fast body was in the step.
+/// Bounds of a fast body's path in the step.
 #[derive(Clone, Copy, Debug)]
 struct Span {
     around: Aabb,
     row: u32,
-    /// All that it may have met is a pair with it.
+    /// Pairs exist with everything that it may have met.
     paired: bool,
 }
 
-/// A body that is thinner than this part of its reach is no ball: its ends may meet what its center passes by.
+/// A body thinner than this part of its reach does not count as a ball: its ends may meet what its
+/// center passes by.
 const LONG: f32 = 0.5;
 
-/// Finds them. `rows`: contacts of fast bodies whose shapes may have met, if pairs were `asked`.
+/// Finds the candidate pairs. `rows`: contacts of fast bodies whose shapes may have met, if pairs
+/// were `asked`.
 pub(super) fn find(
     around: &Around<'_>,
     (fast, asked): (&[Flight], bool),
@@ -92,7 +96,7 @@ impl Around<'_> {
         Span { around, row: flight.row, paired: asked && flight.in_boxes && !flight.flew }
     }
 
-    /// Asks the trees.
+    /// Adds candidates from the trees.
     fn ask(&self, span: &Span, out: &mut Vec<Meeting>) {
         for tree in [&self.bounds.moving, &self.bounds.fixed] {
             tree.query(&span.around, |other| {
@@ -106,7 +110,7 @@ impl Around<'_> {
         }
     }
 
-    /// Finds which ways of fast bodies cross: along the axis on which they are spread most.
+    /// Finds fast bodies whose paths cross, by a sweep along the axis with the greatest spread.
     fn cross(&self, spans: &mut [Span], out: &mut Vec<Meeting>) {
         let ends = Aabb::of_points(spans.iter().map(|span| span.around.min));
         let axis = longest(ends.half_extents());
@@ -132,7 +136,8 @@ impl Around<'_> {
         }
     }
 
-    /// Where a shape was in the step: a ball around its middle, on its way. `None` of a surface that moves.
+    /// Bounds of a shape's path in the step: a ball around its middle, moved along the path. `None`
+    /// for a moving surface.
     fn swept(&self, shape: &ShapeRow) -> Option<Aabb> {
         let body = self.ways.bodies.at(shape.body);
         if shape.solid.is_surface() {
@@ -142,7 +147,8 @@ impl Around<'_> {
         let middle = shape.centered.point(middle);
         let end = body.center + body.rotation.rotate(middle);
         let (start, off) = self.ways.flight(shape.body).map_or((end, 0.0), |flight| {
-            // An arc of a radian leaves its chord by an eighth of its radius; more than that may be any part of the circle.
+            // An arc of a radian leaves its chord by an eighth of its radius; a longer one may be
+            // any part of the circle.
             let is_arc = chord(&flight.stood, &body.rotation) < 0.9
                 && body.w.length() * self.ways.ctx.dt < 1.0;
             let off = middle.length() * if is_arc { 0.13 } else { 2.0 };
@@ -152,7 +158,7 @@ impl Around<'_> {
         Some(Aabb::of_points([start, end]).grown(1.01 * size + off + rounding))
     }
 
-    /// Adds two shapes, if they may meet on their ways, and if that is not told by rays.
+    /// Adds two shapes if they may meet on their paths, unless rays decide the pair.
     fn add(&self, a: u32, b: u32, out: &mut Vec<Meeting>) {
         let (shape_a, shape_b) = (self.shapes.at(a), self.shapes.at(b));
         if !may_meet(self.ways.bodies, self.joints, shape_a, shape_b) {
@@ -171,8 +177,8 @@ impl Around<'_> {
     }
 }
 
-/// True if rays tell where a body meets a fixed shape: one without edges that the ray could miss, and a body without ends that
-/// reach far beyond what the ray stands for.
+/// True if rays decide where a body meets a static shape. The shape then has no edges that the ray
+/// could miss, and the body has no ends that reach far beyond the ball that the ray represents.
 fn is_told(shape: &ShapeRow, of: &Body, body: &Body) -> bool {
     let is_fixed = of.kind == BodyKind::Static;
     is_fixed && shape.solid.is_surface() && body.inner > LONG * body.extent

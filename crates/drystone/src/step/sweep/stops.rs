@@ -1,9 +1,11 @@
-//! Fast bodies are stopped where they meet what moves, in the order of time; who passed a sensor is told.
+//! Impacts of fast bodies with moving ones: stops them in the order of time, and records sensors
+//! that were crossed.
 //!
-//! Two that end deep in each other, or past each other, are put where they met, and go on together from there for the rest
-//! of the step. Velocities stay: the next step has a contact with the normal, the place and the speed of the meeting. Who of the
-//! two gives way: one that was not fast, or cannot be pushed, ends where it is, with the other before it; of two fast
-//! ones both go on as their center of mass does.
+//! Two bodies that end deep in each other, or past each other, are put where they met, and continue
+//! together from there for the rest of the step. Velocities stay: the next step has a contact with
+//! the normal, the place and the speed of the impact. A body that was not fast, or cannot be
+//! pushed, ends where it is, with the other in front of it. Two fast bodies both continue with the
+//! motion of their common center of mass.
 
 use super::asks::Asks;
 use super::meetings::Meeting;
@@ -27,20 +29,20 @@ use crate::step::notes::Flight;
 use crate::step::one_way;
 use crate::step::touches::events_between;
 
-/// Who is stopped may meet another there, or be met: so many times that is asked.
+/// Maximum number of rounds: a stopped body may meet others at its new place.
 const ROUNDS: usize = 8;
 
-/// How large the middle of a body is that must not pass, as a part of its inner size.
+/// Size of the part of a body that must not pass, as a fraction of its inner size.
 const CORE: f32 = 0.5;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Those that are looked at in a round, and what became of them.
+    /// Candidates of a round, and the resulting stops.
     asked: Vec<Meeting>,
     lists: Vec<Vec<Stop>>,
     stops: Vec<Stop>,
-    /// Who was put elsewhere in a round.
+    /// Bodies that were moved in a round.
     moved: Vec<u32>,
     is_moved: BitSet,
     crossings: Vec<Vec<Meeting>>,
@@ -64,7 +66,7 @@ struct Stop {
     meeting: Meeting,
 }
 
-/// Stops those that meet, and lists who went through sensors.
+/// Stops bodies that meet, and lists sensors that were crossed.
 pub(super) fn stop(
     ctx: &StepContext,
     (fast, flight_of): (&[Flight], &Sparse),
@@ -92,7 +94,7 @@ pub(super) fn stop(
         stops.sort_unstable_by(|s, t| s.part.total_cmp(&t.part).then(s.meeting.cmp(&t.meeting)));
         for stop in &*stops {
             let [a, b] = bodies_of(stop.meeting, shapes);
-            // Who was put elsewhere is asked again.
+            // Pairs of moved bodies are tested again in the next round.
             if is_moved.contains(a) || is_moved.contains(b) {
                 continue;
             }
@@ -134,7 +136,7 @@ fn bodies_of((a, b): Meeting, shapes: &Shapes) -> [u32; 2] {
     [shapes.at(a).body, shapes.at(b).body]
 }
 
-/// How shapes move in the step, as it is now.
+/// Motion of shapes in the step, with the changes so far.
 struct Steps<'a> {
     ways: Ways<'a>,
     shapes: &'a Shapes,
@@ -152,7 +154,7 @@ impl Steps<'_> {
         Pair::new(a, b).yielding(yields == [true, true])
     }
 
-    /// The part of the step after which two shapes meet that end deep in each other or past each other.
+    /// Part of the step after which two shapes meet that end deep in each other or past each other.
     fn meet(&self, meeting: Meeting) -> Option<f32> {
         let pair = self.pair(meeting);
         let [a, b] = bodies_of(meeting, self.shapes).map(|row| self.ways.bodies.at(row));
@@ -167,7 +169,7 @@ impl Steps<'_> {
         let part = match pair.course() {
             Course::Clear => None,
             Course::Deep(part) => Some(part),
-            // What passes is let out; what is held has contacts.
+            // A body that passes a one-way surface is let out; one that is held has contacts.
             Course::Overlap if is_one_way => None,
             Course::Overlap => self.meet_inside(meeting),
         };
@@ -187,7 +189,7 @@ impl Steps<'_> {
         [a, b].into_iter().any(|shape| self.shapes.at(shape).reports.is_one_way())
     }
 
-    /// True if two shapes move so against each other that one that holds from one side only may hold.
+    /// True if two shapes approach so that a one-way surface of them may hold.
     fn comes_to_front(&self, (a, b): Meeting) -> bool {
         let rows = bodies_of((a, b), self.shapes);
         let bodies = rows.map(|row| self.ways.bodies.at(row));
@@ -195,8 +197,8 @@ impl Steps<'_> {
         one_way::may_stop(self.shapes, [a, b], bodies, to - from)
     }
 
-    /// The same of two that overlap from the start. They have contacts: those hold them, unless the middle of the smaller one
-    /// is to pass.
+    /// Time of impact for two shapes that overlap from the start, as a part of the step. Their
+    /// contacts hold them, unless the middle of the smaller one is to pass.
     fn meet_inside(&self, (a, b): Meeting) -> Option<f32> {
         let [body_a, body_b] = [a, b].map(|shape| self.ways.bodies.at(self.shapes.at(shape).body));
         let a_is_smaller =
@@ -216,12 +218,12 @@ impl Steps<'_> {
         }
     }
 
-    /// Where two bodies are to end that meet.
+    /// Final poses of two bodies that meet.
     fn ends(&self, Stop { part, meeting }: Stop) -> [Option<(u32, Pose)>; 2] {
         let rows = bodies_of(meeting, self.shapes);
         let bodies = rows.map(|row| self.ways.bodies.at(row));
         let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.ways.flight(rows[i]).is_some());
-        // A joint would be torn open.
+        // Moving a body with a joint would tear the joint open.
         let free = [0, 1].map(|i| gives[i] && bodies[i].joints.is_empty());
         let alone = match (gives, free) {
             ([true, false], _) | ([true, true], [true, false]) => Some(0),
@@ -238,7 +240,7 @@ impl Steps<'_> {
             let [a, b] = [0, 1].map(|i| ways[i].shift() * (masses[i] / (masses[0] + masses[1])));
             end.position = ways[heavy].at(part).position + (a + b) * (1.0 - part);
         }
-        // The surface that was met takes the other with it, and what is round does not by turning.
+        // The surface carries the other body with it; rotation of a round surface does not.
         let surface = [meeting.0, meeting.1][heavy];
         let ShapeRow { solid, centered, .. } = self.shapes.at(surface);
         let seen = *Mover::new(solid, *centered, ways[heavy]).way();
@@ -271,7 +273,7 @@ impl Steps<'_> {
         overlap(self.ways.ctx, x, y)
     }
 
-    /// True if they touched when the step began: their parting is told in the next one.
+    /// True if they touched when the step began: the next step reports their separation.
     fn touches(&self, (a, b): Meeting, contacts: &Contacts) -> bool {
         let body = self.ways.bodies.at(self.shapes.at(a).body);
         contacts

@@ -1,4 +1,4 @@
-//! How bodies moved in the step.
+//! Paths of bodies within the step.
 
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -12,7 +12,7 @@ use crate::step::finalize::most_moved;
 use crate::step::notes::Flight;
 use crate::step::reach::Need;
 
-/// Puts a body elsewhere than where it came to.
+/// Moves a body to another pose, with its boxes in the tree.
 pub(crate) fn put(
     ctx: &StepContext,
     row: u32,
@@ -42,17 +42,18 @@ pub(crate) fn put(
     }
 }
 
-/// Two that move less against each other than this part of the thinner one's half thickness, and were apart, are not so deep
-/// in each other that a contact does not know on which side the other is.
+/// Minimum motion of two bodies against each other for a test, as a part of the thinner one's half
+/// thickness. With less motion, bodies that were apart overlap so little that a contact still finds
+/// the correct side.
 const NEARLY_STILL: f32 = 0.5;
 
-/// The ways of all bodies: of those that are fast as they went, up to where they are now. Others stand where they
-/// ended: they moved less than contacts bear.
+/// Paths of all bodies. A fast body has its actual path, up to its present pose. Other bodies stand
+/// at their final pose, since they moved less than contacts can resolve.
 #[derive(Clone, Copy)]
 pub(super) struct Ways<'a> {
     pub(super) ctx: &'a StepContext,
     pub(super) fast: &'a [Flight],
-    /// Number of each body's flight.
+    /// Index of each body's flight.
     pub(super) flight_of: &'a Sparse,
     pub(super) bodies: &'a Bodies,
 }
@@ -77,8 +78,9 @@ impl Ways<'_> {
         )
     }
 
-    /// False if they moved too little against each other to end deep in each other or past each other: that is true of
-    /// most that fall together, and told before anything is known of their shapes.
+    /// False if the bodies moved too little against each other to end deep in each other or past
+    /// each other. This holds for most bodies that fall together, and needs no data of their
+    /// shapes.
     pub(super) fn may_pass(&self, a: u32, b: u32) -> bool {
         let ((shift_a, swing_a), (shift_b, swing_b)) = (self.motion(a), self.motion(b));
         let [a, b] = [a, b].map(|row| self.bodies.at(row));
@@ -86,7 +88,7 @@ impl Ways<'_> {
         !((shift_b - shift_a).length() + swing_a + swing_b <= NEARLY_STILL * half)
     }
 
-    /// By how much a body moved, and how far turns moved a point of it, at most [m].
+    /// Displacement of a body, and the maximum displacement of its points by rotation [m].
     fn motion(&self, row: u32) -> (Vec3, f32) {
         let Some(flight) = self.flight(row) else { return (Vec3::ZERO, 0.0) };
         let body = self.bodies.at(row);

@@ -1,4 +1,4 @@
-//! Both sides of a block of contacts of particles, in lanes.
+//! Both sides of a block of particle contacts, in lanes.
 
 use crate::base::simd::wide::{LANES, Vec3w, Wide, gather, gather4, load, splat};
 use crate::step::particles::links::write_ends;
@@ -8,14 +8,14 @@ use crate::step::particles::rows::Ground;
 use crate::step::solver_body::{Velocity, load_velocity, read_lanes, store_velocity};
 use fearless_simd::Simd;
 
-/// A block's particles and bodies.
+/// The particles and bodies of a block.
 pub(super) struct Both<S: Simd> {
-    /// Of the particles, and their way as far as it is known.
+    /// Velocities of the particles, and their displacements as far as known.
     pub(crate) v: Vec3w<S>,
     pub(crate) x: Vec3w<S>,
     pub(crate) w: Wide<S>,
     moves: Wide<S>,
-    /// Of the bodies: v̂ and ŵ.
+    /// v̂ and ŵ of the bodies.
     pub(crate) body: Velocity<S>,
     pub(crate) alpha: Wide<S>,
 }
@@ -48,7 +48,7 @@ pub(super) fn read<S: Simd>(
 }
 
 impl<S: Simd> Both<S> {
-    /// Velocity of the particles against the surfaces, along a direction.
+    /// Velocity of the particles relative to the surfaces, along a direction.
     #[inline(always)]
     pub(crate) fn along(
         &self,
@@ -62,7 +62,7 @@ impl<S: Simd> Both<S> {
             - load(simd, &block.drift[axis])
     }
 
-    /// The bodies' part of impulses `p` on the particles along a direction.
+    /// Applies to the bodies their part of impulses `p` on the particles along a direction.
     #[inline(always)]
     pub(crate) fn push_body(
         &mut self,
@@ -75,7 +75,7 @@ impl<S: Simd> Both<S> {
         self.body.w = self.body.w - Vec3w::load(simd, &block.turns[axis]) * p;
     }
 
-    /// Impulses `p` along a direction.
+    /// Applies impulses `p` along a direction.
     #[inline(always)]
     pub(crate) fn push(
         &mut self,
