@@ -183,8 +183,8 @@ impl World {
         &self.tables.config
     }
 
-    /// Replaces the configuration. Wakes all bodies if gravity changed, or whether the method freezes
-    /// bodies one by one.
+    /// Replaces the configuration. Wakes all bodies if gravity changed, or if only one of the two
+    /// methods freezes bodies one by one.
     ///
     /// # Errors
     /// The first field that is out of range; then nothing is changed.

@@ -1,4 +1,4 @@
-//! Threads: the worker team, jobs that are shared out to it, and rows that workers write side by side.
+//! Threads: the worker team, the jobs that it shares out, and rows that workers write in parallel.
 
 pub(crate) mod stamps;
 pub(crate) mod jobs;

@@ -33,8 +33,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Stores a body's state at the step's end. Its solver body keeps its motion, which `finalize` then
-    /// does not read.
+    /// Stores a body's state at the step's end. Its solver body keeps its motion, which `finalize`
+    /// then does not read.
     pub(super) fn put_end(&self, line: usize, end: End) {
         *self.ends.row(line) = end;
         self.aux.row(line).ended = true;
