@@ -198,8 +198,8 @@ pub mod snapshot {
 
 #[cfg(feature = "snapshot")]
 pub mod journal {
-    //! Calls to a world as data, recorded and replayed. The manual: [saving and
-    //! rollback](crate::manual::saving_and_rollback).
+    //! Calls to a world as data, recorded and replayed.
+    //! The manual: [saving and rollback](crate::manual::saving_and_rollback).
 
     pub use crate::world::{
         Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError,

@@ -230,7 +230,7 @@ impl Finder<'_> {
 
     /// Lists an overlapping pair if it is new and may meet.
     fn list(&self, (a, b): (u32, u32), out: &mut Vec<u64>) {
-        // Most pairs are known already, which the set tells without reading the shapes.
+        // Most pairs are in the set already, which needs no access to the shapes.
         if a == b || self.contacts.has_pair(a, b) {
             return;
         }

@@ -16,11 +16,11 @@ use crate::state::shapes::ShapeRow;
 
 /// User callbacks on contacts: see [`World::step_with`](crate::World::step_with).
 pub trait ContactHooks: Sync {
-    /// Called in each step for each contact of a pair with a shape that [has
-    /// hooks](crate::ShapeDef::with_hooks), before the contact is solved. The callback may drop the
-    /// contact, or change its friction, restitution and softness, for this step only. A pair with a
-    /// mesh has several contacts. The callback runs again for a pair of which one body is so fast
-    /// that it would pass the other within the step: see [`HookedContact::is_sweep`].
+    /// Called in each step for each contact of a pair, before the contact is solved, if one of the
+    /// shapes [has hooks](crate::ShapeDef::with_hooks). The callback may drop the contact, or
+    /// change its friction, restitution and softness, for this step only. A pair with a mesh has
+    /// several contacts. If one body is so fast that it would pass the other within the step, the
+    /// callback runs again: see [`HookedContact::is_sweep`].
     ///
     /// Several threads call it at once, in no order. The step gives the same bits for any number of
     /// threads if the answer depends only on the contact and on data that does not change in the

@@ -3,7 +3,7 @@
 //! A body that slides over flush shapes meets the side or the edge of the next one before it is
 //! over it; to that shape alone, this is a wall. But the shape that carries the body keeps all of
 //! it on one side of a plane. If the next shape lies wholly on the other side, the two cannot meet.
-//! Such a contact would brake the body and throw it up. The triangles of a mesh know their
+//! Such a contact would brake the body and throw it up. The triangles of a mesh store their
 //! neighbors. Where a mesh ends, its data do not tell whether another mesh continues there. A
 //! contact with such an edge is treated like a contact with a shape, but only the edge has to lie
 //! under the plane.

@@ -1,12 +1,12 @@
 //! Freezing: bodies at rest stop individually, and are immovable until the forces on them change
 //! [Schmidl04].
 //!
-//! A body freezes under three conditions. Its energy was below a tenth of the energy that gravity
-//! gives it in a step, for the configured sleep time (a thrown body is that slow at its top for two
-//! steps at most). Something carries it. Every body that carries it is static, frozen, or freezes
-//! with it. It wakes when an awake body meets it, and when the force or the torque of its contacts
-//! changes: a support was removed, a load came or went, something pushes. Bodies with joints do not
-//! freeze: they sleep by islands, like all others.
+//! A body freezes under three conditions. For the configured sleep time, its energy was below a
+//! tenth of the energy that gravity gives it in a step. (A thrown body is that slow at its top for
+//! two steps at most.) Something carries it. Every body that carries it is static, frozen, or
+//! freezes with it. It wakes when an awake body meets it, and when the force or the torque of its
+//! contacts changes: a support was removed, a load came or went, something pushes. Bodies with
+//! joints do not freeze: they sleep by islands, like all others.
 
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Load};
