@@ -39,8 +39,8 @@ pub(super) fn measures(shape: &Shape) -> Option<Measures> {
         Shape::Cone { half_height: h, radius_bottom, radius_top } => {
             let r = 0.5 * (radius_bottom + radius_top);
             let large = h.max(*radius_bottom).max(*radius_top);
-            // At half height the section has the mean radius, which is half the base radius; the
-            // box has half the height.
+            // At half height the section has the mean radius; the box fits in half that radius, and
+            // has half the height.
             of(vec3(0.35 * r, 0.5 * h, 0.35 * r), h.min(r), large, true)
         }
         Shape::Hull(hull) => {
