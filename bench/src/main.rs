@@ -1,5 +1,5 @@
-//! drystone and its peers side by side: the engines take turns, run by run, each run in a process of its
-//! own; what comes out are rows as JSON, rows kept under `results/`, and the tables of RESULTS.md.
+//! drystone and its peers side by side. The engines alternate run by run, and each run has its own
+//! process. The results are rows as JSON, rows kept under `results/`, and the tables of RESULTS.md.
 
 mod cli;
 mod results;
@@ -19,7 +19,7 @@ use drystone_scene::file::WholeFile;
 use cli::{Cli, Command, Engine, Measure};
 use workers::{Run, Workers};
 
-/// Runs that a row must be made of to be kept.
+/// Minimum number of runs in a row that is kept.
 const ENOUGH_RUNS: usize = 5;
 
 fn main() -> ExitCode {
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The tests with a known result, engine by engine, side by side.
+/// Runs the tests with a known result on each engine, and prints them side by side.
 fn validate(args: &cli::Validate) -> Result<(), String> {
     let workers = Workers::build(&args.engine)?;
     let mut tables = Vec::new();
@@ -51,7 +51,7 @@ fn validate(args: &cli::Validate) -> Result<(), String> {
 fn measure(args: &Measure) -> Result<(), String> {
     let scenes = expand(&args.scene).map_err(|e| e.to_string())?;
     if let Some(path) = &args.json {
-        // Found out now, not after an hour.
+        // Fails now rather than after an hour.
         WholeFile::probe(path).map_err(|e| refused(path, &e))?;
     }
     let workers = Workers::build(&args.engines)?;
@@ -78,7 +78,7 @@ fn measure(args: &Measure) -> Result<(), String> {
     if rows.is_empty() { Err("no engine ran any of the scenes".to_owned()) } else { Ok(()) }
 }
 
-/// The rows of a scene, by threads and engine.
+/// The rows of a scene, by number of threads and engine.
 fn scene_rows(
     args: &Measure,
     workers: &Workers,
@@ -91,7 +91,7 @@ fn scene_rows(
         let run = Run { scene: spec, threads, steps };
         let mut engines: Vec<(Engine, Vec<Row>)> =
             args.engines.iter().map(|&engine| (engine, Vec::new())).collect();
-        // A B A B: a slow spell of the machine meets all of them.
+        // Runs alternate (A B A B), so that a slow spell of the machine affects all engines.
         for number in 1..=args.runs {
             engines.retain_mut(|(engine, runs)| {
                 let name = engine.name();
@@ -141,7 +141,7 @@ fn scene_rows(
     Ok(rows)
 }
 
-/// Times taken while others work are noise.
+/// Warns of other load, because times taken meanwhile are noise.
 fn warn_of_load() {
     let load = fs::read_to_string("/proc/loadavg").ok();
     let load = load.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
@@ -156,7 +156,7 @@ fn write_out(text: &str) -> Result<(), String> {
     std::io::stdout().write_all(text.as_bytes()).map_err(|e| format!("stdout: {e}"))
 }
 
-/// Writes a file, which has its name when it is whole.
+/// Writes a file that gets its name only when it is complete.
 fn write_whole(path: &Path, text: &str) -> Result<(), String> {
     let written = WholeFile::create(path).and_then(|mut file| {
         file.write_all(text.as_bytes())?;

@@ -1,4 +1,4 @@
-//! Rows that are kept: `results/<machine>/rows.csv`, one line a row, appended.
+//! Rows that are kept: `results/<machine>/rows.csv`, one line per row, appended.
 
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -37,9 +37,9 @@ const HEADER: [&str; 20] = [
 /// A row that was kept.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Kept {
-    /// When the measuring ended, UTC; the same for all rows of one call.
+    /// Time when measuring ended, UTC; the same for all rows of one call.
     pub(crate) time: String,
-    /// The commit of drystone.
+    /// Commit of drystone.
     pub(crate) commit: String,
     /// The row.
     pub(crate) row: Row,
@@ -203,14 +203,14 @@ fn kept(cells: &[String]) -> Option<Kept> {
     Some(Kept { time: cell("time")?.to_owned(), commit: cell("commit")?.to_owned(), row })
 }
 
-/// A name for this machine: its processor and the number of its cores.
+/// A name for this machine: its processor and its number of cores.
 fn machine() -> String {
     let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let cores = available_parallelism().map_or(1, std::num::NonZero::get);
     machine_in(&info, cores)
 }
 
-/// The machine that `/proc/cpuinfo` tells of.
+/// The name of the machine described by `/proc/cpuinfo`.
 fn machine_in(info: &str, cores: usize) -> String {
     let said = |name: &str| {
         let mut lines = info.lines().filter_map(|line| line.split_once(':'));
@@ -218,7 +218,7 @@ fn machine_in(info: &str, cores: usize) -> String {
     };
     let model = said("model name").unwrap_or(std::env::consts::ARCH);
     match [said("cpu family"), said("model")] {
-        // A virtual machine may say no more than a brand that has had five generations.
+        // A virtual machine may report only a brand that has had five generations.
         [Some(family), Some(number)] if !model.contains(|c: char| c.is_ascii_digit()) => {
             machine_name(&format!("{model} family {family} model {number}"), cores)
         }
@@ -226,7 +226,7 @@ fn machine_in(info: &str, cores: usize) -> String {
     }
 }
 
-/// Lower case, letters and digits with `-` between words, without what says nothing.
+/// The model in lower case, letters and digits with `-` between words, without uninformative words.
 fn machine_name(model: &str, cores: usize) -> String {
     let model = model.to_lowercase();
     let before_clock = model.split('@').next().unwrap_or_default();
@@ -246,7 +246,7 @@ fn commit() -> String {
     if changed { format!("{commit}+changes") } else { commit }
 }
 
-/// What a program prints, run in the root of the repository.
+/// The output of a program, run in the root of the repository.
 fn said(program: &str, arguments: &[&str]) -> Option<String> {
     let output = Command::new(program).args(arguments).current_dir(root()).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;

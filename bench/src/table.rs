@@ -1,4 +1,4 @@
-//! The tables of RESULTS.md, made from the rows that were kept.
+//! The tables of RESULTS.md, from the rows that were kept.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ const BEGIN: &str = "<!-- bench:begin -->";
 const END: &str = "<!-- bench:end -->";
 const OWN: &str = "self";
 
-/// Writes the tables into the page, RESULTS.md unless another is named.
+/// Writes the tables into `page`, by default RESULTS.md.
 pub(crate) fn write(page: Option<&Path>) -> Result<(), String> {
     let machines = results::read_all()?;
     if machines.is_empty() {
@@ -35,15 +35,15 @@ pub(crate) fn write(page: Option<&Path>) -> Result<(), String> {
     write_whole(page, &new)
 }
 
-/// The page with `text` in place of what is between the two marker lines.
+/// The page with `text` between the two marker lines.
 fn between_markers(page: &str, text: &str) -> Option<String> {
     let (head, rest) = page.split_once(BEGIN)?;
     let (_, tail) = rest.split_once(END)?;
     Some(format!("{head}{BEGIN}\n\n{text}{END}{tail}"))
 }
 
-/// For each scene and number of threads, the rows of the last call that measured drystone on it: only
-/// what was measured side by side is compared.
+/// For each scene and number of threads, the rows of the last call that measured drystone on it.
+/// Only rows that were measured side by side are compared.
 fn side_by_side(rows: &[Kept]) -> Vec<&Kept> {
     let mut last: BTreeMap<(&str, usize), &str> = BTreeMap::new();
     for kept in rows.iter().filter(|kept| kept.row.engine == OWN) {
@@ -56,7 +56,7 @@ fn side_by_side(rows: &[Kept]) -> Vec<&Kept> {
     rows.iter().filter(is_last).collect()
 }
 
-/// The rows of one machine by scene, engine and threads, in the order in which scenes came.
+/// The rows of one machine by scene, engine and threads, with scenes in order of appearance.
 struct Side<'a> {
     scenes: Vec<&'a str>,
     engines: Vec<&'a str>,
@@ -97,7 +97,7 @@ impl<'a> Side<'a> {
         self.row(scene, engine, threads).map(|kept| kept.row.ms_per_step.median)
     }
 
-    /// How many times faster drystone is than the fastest peer.
+    /// Speedup of drystone over the fastest peer.
     fn ratio(&self, scene: &'a str, threads: usize) -> Option<f64> {
         let own = self.ms(scene, OWN, threads).filter(|ms| *ms > 0.0)?;
         let peers = self.engines.iter().filter(|engine| **engine != OWN);
@@ -134,7 +134,7 @@ fn heading(titles: &[String]) -> String {
     format!("| {} |\n| {} |\n", titles.join(" | "), rule.collect::<Vec<_>>().join(" | "))
 }
 
-/// Milliseconds a step by engine and threads, and how many times faster than the fastest peer.
+/// Milliseconds per step by engine and threads, and the speedup over the fastest peer.
 fn times(side: &Side<'_>) -> String {
     let mut titles = vec!["ms a step".to_owned()];
     for threads in &side.threads {
@@ -164,7 +164,8 @@ fn times(side: &Side<'_>) -> String {
     text
 }
 
-/// Deepest overlap, joint error, and whether it stands, by engine; of the fewest threads.
+/// Maximum overlap, joint error, and whether the scene stands, by engine, for the smallest number
+/// of threads.
 fn quality(side: &Side<'_>) -> String {
     let mut titles = vec!["deepest overlap [mm]; joint error [mm]; stands".to_owned()];
     titles.extend(side.engines.iter().map(|engine| (*engine).to_owned()));
@@ -197,7 +198,7 @@ fn dash() -> String {
     "–".to_owned()
 }
 
-/// Three digits.
+/// A number with three significant digits.
 fn figure(value: f64) -> String {
     match value {
         v if v >= 99.5 => format!("{v:.0}"),
@@ -233,7 +234,7 @@ mod tests {
             kept("2026-01-02T", "washer", "box3d", 1, 10.0),
             kept("2026-01-02T", "stack", "self", 1, 1.0),
             kept("2026-01-02T", "stack", "box3d", 1, 9.0),
-            // Without drystone beside it there is nothing to compare.
+            // Without drystone beside it, there is no comparison.
             kept("2026-01-03T", "washer", "rapier", 1, 1.0),
         ];
         let text = tables("m", &rows);

@@ -1,5 +1,5 @@
-//! The programs that do the runs: `drystone` itself as its users build it, and the peers as fast as they can
-//! be built.
+//! The programs that do the runs: `drystone` as its users build it, and the peers in their fastest
+//! builds.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::cli::{Engine, Validate};
 
-/// What is to be run once.
+/// Parameters of one run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run<'a> {
     /// The scene.
@@ -22,7 +22,7 @@ pub(crate) struct Run<'a> {
     pub(crate) steps: u64,
 }
 
-/// Programs that were built.
+/// Paths of the built programs.
 #[derive(Debug, Default)]
 pub(crate) struct Workers {
     own: Option<PathBuf>,
@@ -40,14 +40,14 @@ pub(crate) fn root() -> &'static Path {
 }
 
 impl Workers {
-    /// Builds what these engines need.
+    /// Builds the programs for these engines.
     pub(crate) fn build(engines: &[Engine]) -> Result<Self, String> {
         let mut workers = Self::default();
         if engines.contains(&Engine::Own) {
             let mut cargo = cargo("build");
             cargo.arg("--manifest-path").arg(root().join("Cargo.toml"));
             cargo.args(["--package", "drystone-app"]);
-            // As `cargo build --release` of a user gives it: nothing of the environment's flags.
+            // As a user's `cargo build --release` builds it, without flags from the environment.
             cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
             workers.own = Some(built(cargo, "drystone")?);
         }
@@ -70,7 +70,7 @@ impl Workers {
         Ok(workers)
     }
 
-    /// Runs the tests with a known result on an engine, in a process of its own.
+    /// Runs the tests with a known result on an engine, in its own process.
     pub(crate) fn validate(&self, engine: Engine, args: &Validate) -> Result<Table, String> {
         let program = if engine == Engine::Own { &self.own } else { &self.peers };
         let program = program.as_ref().ok_or_else(|| format!("{} is not built", engine.name()))?;
@@ -89,13 +89,14 @@ impl Workers {
         let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output();
         let output = output.map_err(|e| e.to_string())?;
         let said = String::from_utf8_lossy(&output.stdout);
-        // Box3D talks on stdout too; a peer's table is a line of its own. drystone's status tells of failed rows.
+        // Box3D also prints to stdout, but a peer's table is on its own line. drystone's exit
+        // status reports failed rows.
         let line = said.lines().find(|line| line.starts_with("{\"")).unwrap_or(&said);
         let bad = |e| format!("{} wrote no table ({}): {e}", engine.name(), output.status);
         serde_json::from_str(line).map_err(bad)
     }
 
-    /// Runs an engine in a process of its own.
+    /// Runs an engine in its own process.
     pub(crate) fn run(&self, engine: Engine, run: &Run<'_>) -> Result<Row, String> {
         let program = if engine == Engine::Own { &self.own } else { &self.peers };
         let program = program.as_ref().ok_or_else(|| format!("{} is not built", engine.name()))?;
@@ -118,7 +119,7 @@ impl Workers {
             let rows: Vec<Row> = serde_json::from_slice(&output.stdout).map_err(bad)?;
             return rows.into_iter().next().ok_or_else(|| "drystone wrote no row".to_owned());
         }
-        // Box3D talks on stdout too; the row is a line of its own.
+        // Box3D also prints to stdout; the row is on its own line.
         let said = String::from_utf8_lossy(&output.stdout);
         let line = said.lines().find(|line| line.starts_with('{')).unwrap_or_default();
         serde_json::from_str(line).map_err(bad)
@@ -132,14 +133,14 @@ fn cargo(what: &str) -> Command {
     command
 }
 
-/// Where the peers are built: apart from what has other flags, beside this program's own folder.
+/// Build folder of the peers, beside this program's own folder, because the flags differ.
 fn native_folder() -> PathBuf {
     let own = std::env::current_exe().ok();
     let target = own.as_deref().and_then(Path::parent).and_then(Path::parent);
     target.map_or_else(|| bench_folder().join("target"), Path::to_path_buf).join("native")
 }
 
-/// Builds, and finds the program of this name among what was built.
+/// Builds, and returns the program of this name from the build's artifacts.
 fn built(mut cargo: Command, name: &str) -> Result<PathBuf, String> {
     eprintln!("building {name}");
     let output = cargo.stderr(Stdio::inherit()).output().map_err(|e| format!("cargo: {e}"))?;
@@ -151,7 +152,7 @@ fn built(mut cargo: Command, name: &str) -> Result<PathBuf, String> {
     path.ok_or_else(|| format!("cargo built no {name}"))
 }
 
-/// The program of this name, if this line of cargo's messages tells of it.
+/// The program of this name, if this line of cargo's messages reports it.
 fn executable(line: &str, name: &str) -> Option<PathBuf> {
     let message: Value = serde_json::from_str(line).ok()?;
     let is_it = message["target"]["name"] == name && message["reason"] == "compiler-artifact";

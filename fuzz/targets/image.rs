@@ -1,4 +1,4 @@
-//! PNG and JPEG images of a glTF file, as they are read for pictures.
+//! PNG and JPEG images in a glTF file, read for pictures.
 
 #![no_main]
 

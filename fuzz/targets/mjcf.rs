@@ -1,4 +1,4 @@
-//! MuJoCo's files.
+//! MuJoCo files.
 
 #![no_main]
 

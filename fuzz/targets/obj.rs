@@ -1,4 +1,4 @@
-//! Wavefront's meshes, as hulls and as meshes.
+//! Wavefront meshes, as hulls and as meshes.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Scenes of the own format. What is read is written, and read again.
+//! Scenes in drystone's format. A scene that loads is written and read again.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Scenes of Rigid-IPC.
+//! Rigid-IPC scenes.
 
 #![no_main]
 

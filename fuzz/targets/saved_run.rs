@@ -1,4 +1,4 @@
-//! Runs as snapshots of the command have them, and steps of its logs.
+//! Runs from snapshots of the command, and steps from its logs.
 
 #![no_main]
 

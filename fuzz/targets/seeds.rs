@@ -1,11 +1,11 @@
-//! Inputs that no hand can write, made anew for the format of today: small worlds, and a run.
+//! Seeds that cannot be written by hand, generated for the current format: small worlds, and a run.
 
 use std::path::PathBuf;
 use std::{env, fs};
 
 use drystone_scene::Running;
 
-/// The folder that is to have them, if there is one: libFuzzer reads it after this was called.
+/// The folder for the seeds, if set: libFuzzer reads it after this call.
 pub fn folder() -> Option<PathBuf> {
     env::var_os("DRYSTONE_FUZZ_SEEDS").map(PathBuf::from)
 }
@@ -22,7 +22,7 @@ pub fn running(name: &str) -> Running {
     running
 }
 
-/// Writes one.
+/// Writes a seed.
 pub fn write(folder: &PathBuf, name: &str, bytes: &[u8]) {
     let name = name.replace([':', '='], "_");
     fs::write(folder.join(name), bytes).expect("the folder was made for it");

@@ -1,4 +1,4 @@
-//! Stereolithography's meshes, text and binary.
+//! STL (stereolithography) meshes, text and binary.
 
 #![no_main]
 

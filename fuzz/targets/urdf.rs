@@ -1,4 +1,4 @@
-//! Robots.
+//! Robots in URDF files.
 
 #![no_main]
 

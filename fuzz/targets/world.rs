@@ -1,4 +1,5 @@
-//! Snapshots of worlds, whose checksum is mended: what is not refused steps, and can be read again.
+//! Snapshots of worlds with a corrected checksum: a snapshot that is accepted must step and be
+//! readable again.
 
 #![no_main]
 
@@ -33,7 +34,7 @@ fuzz_target!(init: write_seeds(), |bytes: &[u8]| {
     World::restore(&world.snapshot()).expect("a world reads its own snapshot");
 });
 
-/// That of the engine.
+/// The engine's checksum.
 fn checksum(bytes: &[u8]) -> u64 {
     let mut hash = 0x9e37_79b9_7f4a_7c15_u64;
     let mut word = |w: u32| {

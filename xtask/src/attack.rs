@@ -1,14 +1,15 @@
-//! `cargo xtask attack`: a search for what breaks, by worlds, files, snapshots and command lines made from seeds.
+//! `cargo xtask attack`: searches for failures with worlds, files, snapshots and command lines made
+//! from seeds.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target};
 
-/// The profile with the checks of a debug build that an optimized one leaves out.
+/// An optimized profile with the checks of a debug build.
 const PROFILE: &str = "checked";
 
-/// Builds the search and the command, and runs it with these words.
+/// Builds the search and the command, and runs it with these arguments.
 pub fn run(words: &[&str]) -> Outcome {
     let build = [
         "build",
@@ -23,8 +24,8 @@ pub fn run(words: &[&str]) -> Outcome {
     start(&target().join(PROFILE), words)
 }
 
-/// A campaign of half a minute on two cores, by the programs in this folder, which are built already. It is counted, so that a slower
-/// machine finds the same.
+/// Runs a campaign of half a minute on two cores with the programs in this folder, which must
+/// exist. Its size is a number of worlds, so that a slower machine finds the same failures.
 pub fn short(programs: &Path) -> Outcome {
     start(programs, &["--worlds", "1000", "--seed", "2026"])
 }

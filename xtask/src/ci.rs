@@ -33,7 +33,7 @@ const STAGES: &[Stage] = &[
     ("web", web::check),
 ];
 
-/// Runs the named stages, or all, in the order of the list.
+/// Runs the named stages, or all stages, in the order of the list.
 pub fn run(only: &[&str]) -> Outcome {
     if let Some(unknown) = only.iter().find(|name| STAGES.iter().all(|(known, _)| known != *name)) {
         let known: Vec<&str> = STAGES.iter().map(|(name, _)| *name).collect();
@@ -53,7 +53,7 @@ pub fn run(only: &[&str]) -> Outcome {
     Ok(())
 }
 
-/// Whether a stage that is left out by default is wanted: by its name, or by the environment.
+/// Whether a stage that is off by default was requested, by its name or by the environment.
 pub fn wanted(name: &str) -> bool {
     std::env::args().any(|word| word == name) || std::env::var_os("DRYSTONE_CI_WEB").is_some()
 }
@@ -70,7 +70,8 @@ fn clippy() -> Outcome {
     ]))
 }
 
-/// The engine by itself, with fewer and with more of its features than the programs here use; its tests and examples without any.
+/// Checks the engine alone, with fewer and with more features than the programs here use. Its tests
+/// and examples run without any.
 fn features() -> Outcome {
     for (features, targets) in
         [("", "--all-targets"), ("serde", "--lib"), ("snapshot,glam,mint", "--lib")]
@@ -83,13 +84,14 @@ fn features() -> Outcome {
     Ok(())
 }
 
-/// Units and frames that stand alone in brackets, as `[m]`; rustdoc takes them for links.
+/// Units and frames that stand alone in brackets, as `[m]`; rustdoc mistakes them for links.
 const UNITS: [&str; 16] = [
     "m", "m²", "m³", "s", "ms", "kg", "N", "J", "W", "Pa", "rad", "Hz", "px", "world", "body",
     "local",
 ];
 
-/// Libraries only: the command's binary has the engine's name, and the two pages would collide.
+/// Documents libraries only: the command's binary has the engine's name, and the two pages would
+/// collide.
 fn doc() -> Outcome {
     let mut command = cargo();
     command.args(["doc", "--quiet", "--workspace", "--no-deps", "--lib"]);
@@ -105,14 +107,14 @@ fn doc() -> Outcome {
 
 const UNRESOLVED: &str = "unresolved link to `";
 
-/// Whether rustdoc's message is about a unit or a reference key that it took for a link.
+/// Whether rustdoc's message is about a unit or a reference key that it mistook for a link.
 fn is_unit_or_key(message: &str) -> bool {
     let name = message.split(UNRESOLVED).nth(1).and_then(|rest| rest.split('`').next());
     name.is_some_and(|name| UNITS.contains(&name) || is_reference_key(name))
 }
 
-/// All tests; or once more optimized, for the hashes: pictures have none, and to optimize the graphics stack would
-/// take longer than all tests.
+/// Runs all tests, in debug or in release. Release runs check hashes again. They leave out
+/// pictures, which have no hash: optimizing the graphics stack would take longer than all tests.
 fn tests(release: bool) -> Command {
     let mut command = cargo();
     command.args(["test", "--quiet", "--workspace"]);
@@ -123,8 +125,9 @@ fn tests(release: bool) -> Command {
     command
 }
 
-/// The folder of the programs that the tests are built with, the command and the examples. After the tests this builds
-/// nothing; chosen in any other way they would have other features, and much would be built again.
+/// The folder of the programs that the tests build: the command and the examples. After the tests
+/// this builds nothing. Any other selection of packages would enable other features and rebuild
+/// much.
 fn programs(release: bool) -> Result<PathBuf, String> {
     run_to_end(tests(release).arg("--no-run"))?;
     Ok(target().join(if release { "release" } else { "debug" }))
@@ -135,7 +138,7 @@ fn golden_hashes(release: bool) -> Outcome {
     golden::run(&golden::Options { release, bless: None, command })
 }
 
-/// Only if it is asked for: two builds of the engine, one with SIMD and one without.
+/// Runs only on request: two builds of the engine, one with SIMD and one without.
 fn wasm() -> Outcome {
     if wanted("wasm") {
         return targets::check("wasm");
@@ -146,7 +149,8 @@ fn wasm() -> Outcome {
     Ok(())
 }
 
-/// The short simulations with a known answer: none may be worse than what its list of known failures says.
+/// Runs the short simulations with a known answer. None may be worse than in the list of known
+/// failures.
 fn validate() -> Outcome {
     let mut command = Command::new(programs(true)?.join("drystone"));
     command.current_dir(root()).args(["validate", "--short", "--failures"]);

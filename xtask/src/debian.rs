@@ -1,4 +1,5 @@
-//! Debian's Rust compiler with the source of its standard library: what builds for targets that rustup may not have.
+//! Debian's Rust compiler with the source of its standard library. It builds for targets that
+//! rustup may lack.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +9,7 @@ use crate::{Outcome, root, run_to_end};
 const CARGO: &str = "/usr/bin/cargo";
 const RUSTC: &str = "/usr/bin/rustc";
 
-/// What a cargo or a user above this one may have set, and must not reach the build.
+/// Variables that an outer cargo or the user may have set, and that must not reach the build.
 const CLEANED: [&str; 6] = [
     "CARGO",
     "RUSTUP_TOOLCHAIN",
@@ -18,7 +19,7 @@ const CLEANED: [&str; 6] = [
     "RUSTDOC",
 ];
 
-/// Whether Debian's compiler is there, new enough and with the source of its standard library.
+/// Whether Debian's compiler is installed, new enough, and has the source of its standard library.
 pub fn compiler() -> Outcome {
     let version = Command::new(RUSTC).arg("--version").output();
     let version = version.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
@@ -44,7 +45,7 @@ fn asked_version() -> Result<String, String> {
     version.map(str::to_owned).ok_or_else(|| "Cargo.toml: no rust-version".to_owned())
 }
 
-/// The second number of a version 1.x.
+/// The minor version in 1.x.
 fn minor(version: &str) -> u32 {
     version.split('.').nth(1).and_then(|minor| minor.parse().ok()).unwrap_or(0)
 }
@@ -60,12 +61,13 @@ pub fn wasm_linker() -> Outcome {
     program("rust-lld", &["-flavor", "wasm", "--version"])
 }
 
-/// `cargo build` of Debian for a target, its standard library included, into a folder of its own.
+/// A `cargo build` with Debian's compiler for a target, including its standard library, into a
+/// separate folder.
 pub fn cargo_build(target: &str, profile: &str, folder: &Path) -> Command {
-    // The first cargo on the path may be another one than Debian's.
+    // The first cargo on the path may not be Debian's.
     let mut cargo = Command::new(CARGO);
     cargo.current_dir(root()).args(["build", "--quiet", "--locked", "--profile", profile]);
-    // -Z for the standard library, which is no part of the packages for this target.
+    // -Z builds the standard library, which the packages for this target lack.
     cargo.args(["--target", target, "-Zbuild-std=std,panic_abort", "--target-dir"]).arg(folder);
     for name in CLEANED {
         cargo.env_remove(name);
@@ -74,7 +76,7 @@ pub fn cargo_build(target: &str, profile: &str, folder: &Path) -> Command {
     cargo
 }
 
-/// Has a script install what `found` says is missing, if anything is.
+/// Runs a script that installs the parts that `found` reports as missing, if any.
 pub fn install(script: &str, args: &[&str], found: impl Fn() -> Outcome) -> Outcome {
     let Err(missing) = found() else { return Ok(()) };
     println!("   {missing}: {script} {}", args.join(" "));

@@ -1,20 +1,21 @@
-//! `cargo xtask fuzz`: libFuzzer on all that drystone reads, with the stable compiler.
+//! `cargo xtask fuzz`: libFuzzer on every format that drystone reads, with the stable compiler.
 //!
-//! The flags are those that `cargo fuzz` gives to a nightly one. Inputs that were found are kept in `target/fuzz`,
-//! beside what made a target fail; the small ones that are written by hand, `fuzz/corpus`, are read and left alone.
+//! The flags are the same that `cargo fuzz` passes to a nightly compiler. Inputs found by the
+//! fuzzer are kept in `target/fuzz`, beside inputs that made a target fail. The small handwritten
+//! inputs in `fuzz/corpus` are read and not changed.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::{Outcome, cargo, root, run_to_end, target};
 
-/// Counts edges, and tells what comparisons were made with.
+/// Counts edges and records the operands of comparisons.
 const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                         -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
                         -Cllvm-args=-sanitizer-coverage-pc-table \
                         -Cllvm-args=-sanitizer-coverage-trace-compares";
 
-/// The targets, and the longest input of each [bytes].
+/// The targets, and the maximum input length of each [bytes].
 const TARGETS: [(&str, u32); 10] = [
     ("gltf", 8192),
     ("image", 4096),
@@ -28,11 +29,11 @@ const TARGETS: [(&str, u32); 10] = [
     ("world", 65536),
 ];
 
-/// Inputs that take longer fail [s], and those that take more memory [MB].
+/// Limits for an input: time [s] and memory [MB]; exceeding one is a failure.
 const SLOWEST: u32 = 20;
 const LARGEST: u32 = 2048;
 
-/// Runs the named target, or all in turn, for so many seconds each.
+/// Runs the named target, or all targets one after the other, for `seconds` each.
 pub fn run(words: &[&str]) -> Outcome {
     let (only, seconds) = parse(words)?;
     if let Some(why) = missing() {
@@ -46,7 +47,7 @@ pub fn run(words: &[&str]) -> Outcome {
         .arg(root().join("fuzz/Cargo.toml"))
         .arg("--target-dir")
         .arg(&folder)
-        // With a target of its own, build scripts and macros are built without coverage.
+        // With an explicit target, build scripts and macros are built without coverage.
         .args(["--target", &host()?])
         .env("RUSTFLAGS", COVERAGE);
     run_to_end(&mut build)?;
@@ -76,7 +77,7 @@ fn parse<'a>(words: &[&'a str]) -> Result<(Option<&'a str>, u32), String> {
     Ok((only, seconds))
 }
 
-/// Why nothing can be fuzzed here.
+/// The reason why this machine cannot fuzz, if any.
 fn missing() -> Option<String> {
     if !cfg!(target_os = "linux") {
         return Some("the flags were tried on Linux alone".to_owned());
@@ -121,7 +122,7 @@ fn fuzz(name: &str, longest: u32, seconds: u32, programs: &Path, folder: &Path) 
     }
     let by_hand = root().join("fuzz/corpus").join(name);
     command.args([by_hand].iter().filter(|folder| folder.is_dir()));
-    // What only the program itself can write, it writes there before it reads them.
+    // Seeds that only a program can make are written to this folder before libFuzzer reads it.
     command.arg(&seeds).env("DRYSTONE_FUZZ_SEEDS", &seeds);
     run_to_end(&mut command).map_err(|why| format!("{why}\nwhat failed is in {}", failed.display()))
 }

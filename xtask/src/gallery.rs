@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 
 use crate::{Outcome, cargo, root, run_to_end, target, write_whole};
 
-/// A scene of the gallery: the names of its files, what is seen, the run without its length, and the lengths of a picture's
-/// and a film's runs [s].
+/// A scene of the gallery: the name of its files, a caption, the arguments of the run except its
+/// length, and the lengths of the picture's and the film's runs [s].
 struct Exhibit {
     name: &'static str,
     what: &'static str,
@@ -52,15 +52,15 @@ const GALLERY: [Exhibit; 17] = [
     exhibit("junkyard", "10,584 rocks in a yard, stirred by a pillar", "junkyard", Some(5.0), None),
 ];
 
-/// Sizes of what the gallery holds [px]: it is part of every clone.
+/// Sizes of pictures and films [px]; small, because the gallery is part of every clone.
 const PICTURE: &str = "640x360";
 const FILM: &str = "400x225";
-/// Pictures a second of a film: a GIF counts in hundredths of a second.
+/// Frames per second of a film: a GIF counts in hundredths of a second.
 const FPS: &str = "12.5";
-/// All files together [bytes].
+/// Maximum size of all files together [bytes].
 const MOST_BYTES: u64 = 6_000_000;
 
-/// Draws all pictures and films, or those of scenes with these names, and writes the page.
+/// Draws all pictures and films, or only the scenes with these names, and writes the page.
 pub fn run(names: &[&str]) -> Outcome {
     if let Some(unknown) = names.iter().find(|n| GALLERY.iter().all(|e| e.name != **n)) {
         return Err(format!("{unknown}: the gallery has no such scene"));
@@ -97,7 +97,7 @@ pub fn run(names: &[&str]) -> Outcome {
     Ok(())
 }
 
-/// The page that shows them.
+/// The page of the gallery.
 fn page() -> String {
     let mut page = "# Gallery\n\n\
         Drawn by `cargo xtask gallery`, which writes this page too; `cargo xtask gallery wall` draws one scene again. Each is a run of\n\

@@ -1,18 +1,18 @@
-//! `cargo xtask golden`: the hashes of whole runs. They move only on purpose, with a reason.
+//! `cargo xtask golden`: the hashes of whole runs. They change only on purpose, with a reason.
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target, write_whole};
 
-/// What a scene has in golden.txt until its first bless.
+/// Stands for the hash of a scene in golden.txt until it is blessed.
 const PENDING: &str = "pending";
 
 pub struct Options {
     pub release: bool,
     /// The reason for writing new hashes; `None` compares.
     pub bless: Option<String>,
-    /// The command, if it is built already.
+    /// The command, if it is already built.
     pub command: Option<PathBuf>,
 }
 
@@ -48,18 +48,18 @@ pub struct Golden {
     pub hash: String,
 }
 
-/// What golden.txt lists.
+/// The entries of golden.txt.
 pub fn listed() -> Result<Vec<Golden>, String> {
     parse(&text()?)
 }
 
-/// Those whose hash is another one now, with that; `now` has the hashes in the same order.
+/// The entries whose hash changed, with the new hash; `now` has the hashes in the same order.
 pub fn differing(goldens: &[Golden], now: &[String]) -> Vec<(Golden, String)> {
     let pairs = goldens.iter().zip(now).filter(|(golden, hash)| golden.hash != **hash);
     pairs.map(|(golden, hash)| (golden.clone(), hash.clone())).collect()
 }
 
-/// Where hashes that moved are told.
+/// The log that records changed hashes.
 const LOG: &str = "docs/log/0.1.md";
 
 /// Runs the scenes of golden.txt, then compares or blesses.
@@ -113,7 +113,7 @@ fn is_entry(line: &str) -> bool {
     !line.trim().is_empty() && !line.starts_with('#')
 }
 
-/// Builds the command where needed, runs the scene and reads the hash from its report.
+/// Builds the command if needed, runs the scene and reads the hash from its report.
 fn hash_of_run(golden: &Golden, options: &Options) -> Result<String, String> {
     let folder = target().join("golden");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
@@ -126,7 +126,7 @@ fn hash_of_run(golden: &Golden, options: &Options) -> Result<String, String> {
     // One set of hashes for both: the gate runs debug and release.
     let threads = if options.release { "1" } else { "2" };
     command.args(["--threads", threads, "--report"]).arg(&file).stdout(std::process::Stdio::null());
-    // A report left by an earlier run must not pass for this one.
+    // Prevents a report of an earlier run from passing for this one.
     drop(std::fs::remove_file(&file));
     run_to_end(&mut command)?;
     let report = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
@@ -163,7 +163,7 @@ fn complaint(changes: &[(Golden, String)]) -> String {
         + "\nIf this is meant: cargo xtask golden --bless \"what changed, and what a user sees\""
 }
 
-/// golden.txt with the new hashes; comments, order and column stay.
+/// golden.txt with the new hashes; comments, order and columns are kept.
 fn with_hashes(text: &str, changes: &[(Golden, String)]) -> String {
     let mut out = String::new();
     for line in text.lines() {
@@ -181,7 +181,7 @@ fn with_hashes(text: &str, changes: &[(Golden, String)]) -> String {
     out
 }
 
-/// The log with the change under Unreleased, **Behavior**, newest first.
+/// The log with the change added under Unreleased, **Behavior**, newest first.
 fn with_behavior_entry(
     log: &str,
     changes: &[(Golden, String)],

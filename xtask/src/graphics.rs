@@ -1,12 +1,12 @@
-//! The software renderer that tests draw with.
+//! The software renderer for tests that draw.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::{Outcome, run_to_end};
 
-/// Debian's packages: a Vulkan driver that needs no GPU, a display in memory, and what draws windows
-/// reads them and moves their mouse.
+/// Debian's packages: a Vulkan driver that needs no GPU, a virtual display, and the libraries and
+/// tools that draw windows, capture them and move the mouse.
 const PACKAGES: [&str; 9] = [
     "mesa-vulkan-drivers",
     "libvulkan1",
@@ -19,8 +19,8 @@ const PACKAGES: [&str; 9] = [
     "libxkbcommon-x11-0",
 ];
 
-/// Makes sure, where that can be done, that tests can draw. Without it they say that they are left
-/// out, so this never fails.
+/// Installs the renderer if possible, so that tests can draw. Tests that cannot draw report that
+/// they were skipped, so this never fails.
 pub fn prepare() -> Outcome {
     let drivers = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
     let found = drivers.iter().any(|folder| {

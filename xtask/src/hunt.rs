@@ -5,18 +5,19 @@ use std::process::Command;
 
 use crate::{Outcome, cargo, root, run_to_end, target};
 
-/// Builds the search, and runs it with these words.
+/// Builds the search, and runs it with these arguments.
 pub fn run(words: &[&str]) -> Outcome {
     run_to_end(cargo().args(["build", "--release", "--package", "drystone-attack"]))?;
     start(&target().join("release"), words)
 }
 
-/// Some of it, by the program that is built already, which is in this folder: always the same worlds.
+/// Runs a short search with the program in this folder, which must exist; the worlds are always the
+/// same.
 pub fn short(programs: &Path) -> Outcome {
     start(programs, &["--worlds", WORLDS, "--seed", "2026"])
 }
 
-/// Worlds of the stage of `ci`, of all kinds of scenes in equal parts.
+/// Number of worlds in the stage of `ci`, distributed evenly over the kinds of scenes.
 const WORLDS: &str = "320";
 
 fn start(programs: &Path, words: &[&str]) -> Outcome {

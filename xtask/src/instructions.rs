@@ -1,12 +1,12 @@
-//! `cargo xtask instructions`: how many instructions whole runs take, counted by callgrind. A count
-//! does not depend on the neighbours of the machine, so it can be a gate where a time cannot.
+//! `cargo xtask instructions`: number of instructions of whole runs, counted by callgrind. A count
+//! does not depend on other load of the machine, so unlike a time it can be a gate.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::{Outcome, root, run_to_end, write_whole};
 
-/// How far a count may grow, as a part of it: other versions of the C library differ by less.
+/// Allowed relative growth of a count; other versions of the C library differ by less.
 const TOLERANCE: f64 = 0.02;
 
 const HEAD: &str = "# Whole runs: scene, steps, millions of instructions (release, one thread, SSE2). \
@@ -19,7 +19,8 @@ struct Row {
     millions: f64,
 }
 
-/// Counts the runs of instructions.txt; a larger count than the one there fails, `bless` rewrites it.
+/// Counts the runs of instructions.txt. A larger count than listed fails; `bless` rewrites the
+/// list.
 pub fn run(bless: bool, binary: &Path) -> Outcome {
     let path = root().join("instructions.txt");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("instructions.txt: {e}"))?;
@@ -77,7 +78,7 @@ fn verdict(before: &[Row], now: &[Row]) -> Outcome {
     ))
 }
 
-/// Makes sure that there is a valgrind.
+/// Checks that valgrind works, and installs it otherwise.
 fn valgrind() -> Outcome {
     let works =
         || Command::new("valgrind").arg("--version").output().is_ok_and(|o| o.status.success());
@@ -98,7 +99,7 @@ fn count(binary: &Path, row: &Row) -> Result<f64, String> {
     let mut command = Command::new("valgrind");
     command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(binary);
     command.args(["simulate", &row.scene, "--steps", &row.steps.to_string()]);
-    // Valgrind knows no AVX-512, and the count must not depend on the machine's best level.
+    // Valgrind does not support AVX-512, and the count must not depend on the machine's best level.
     command.args(["--threads", "1", "--simd", "sse2"]);
     let output = command.output().map_err(|e| format!("valgrind: {e}"))?;
     let log = String::from_utf8_lossy(&output.stderr);
@@ -111,7 +112,7 @@ fn count(binary: &Path, row: &Row) -> Result<f64, String> {
 fn collected(log: &str) -> Option<f64> {
     let count: u32 = {
         let text = log.lines().find_map(|l| l.split_once("Collected :"))?.1;
-        // In thousands, so that it fits: what is below does not count.
+        // Counted in thousands, so that it fits; the remainder does not matter.
         let count: u64 = text.trim().parse().ok()?;
         u32::try_from(count / 1000).ok()?
     };

@@ -46,7 +46,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                                   build the viewer for browsers into target/web, and test it in one (many minutes at first)
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
-/// What a command returns: nothing, or the lines that say what is wrong.
+/// Result of a command: nothing, or a message about the failure.
 type Outcome = Result<(), String>;
 
 fn main() -> ExitCode {
@@ -89,7 +89,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The long form of the determinism test, too heavy for every change.
+/// The long form of the determinism test, too slow for every change.
 fn determinism() -> Outcome {
     let test = "three_hundred_steps_of_every_scene_give_the_same_bits";
     run_to_end(
@@ -102,20 +102,20 @@ fn determinism() -> Outcome {
     )
 }
 
-/// Where cargo puts what it builds.
+/// Cargo's target folder.
 fn target() -> PathBuf {
     let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
     set.map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
-/// The engine's command, optimized; built first.
+/// Builds the engine's command, optimized, and returns its path.
 fn release_command() -> Result<PathBuf, String> {
     let build = ["build", "--quiet", "--release", "--package", "drystone-app"];
     run_to_end(cargo().args(build).args(WITHOUT_GRAPHICS))?;
     Ok(target().join("release/drystone"))
 }
 
-/// The repository's root. Read when run, not when built: a target folder may serve two checkouts.
+/// The repository's root. Determined at run time, because a target folder may serve two checkouts.
 fn root() -> PathBuf {
     let manifest = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
     let mut root = manifest.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
@@ -123,17 +123,17 @@ fn root() -> PathBuf {
     root
 }
 
-/// What is measured or hashed needs no graphics, and builds in a fraction of the time without.
+/// Measurements and hashes need no graphics; without it the build takes a fraction of the time.
 const WITHOUT_GRAPHICS: &[&str] = &["--no-default-features"];
 
-/// The cargo that runs us, started in the root.
+/// The cargo that runs this program, started in the root.
 fn cargo() -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root());
     command
 }
 
-/// Runs a command to its end; an exit status other than 0 is an error that names the command.
+/// Runs a command to its end; an exit status other than 0 is an error with the command line.
 fn run_to_end(command: &mut Command) -> Outcome {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
@@ -142,7 +142,7 @@ fn run_to_end(command: &mut Command) -> Outcome {
     }
 }
 
-/// Writes a file of the project: the old one stays until the new one is whole.
+/// Writes a file of the project; the old one stays until the new one is complete.
 fn write_whole(path: &Path, text: &str) -> Outcome {
     let partial = path.with_extension("partial");
     std::fs::write(&partial, text)
@@ -150,7 +150,7 @@ fn write_whole(path: &Path, text: &str) -> Outcome {
         .map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The command as one would type it.
+/// The command line as one would type it.
 fn spelled(command: &Command) -> String {
     let program = command.get_program().to_string_lossy();
     let mut line = program.rsplit('/').next().unwrap_or(&program).to_owned();

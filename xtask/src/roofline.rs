@@ -1,5 +1,5 @@
-//! `cargo xtask roofline`: what this machine can do, for docs/roofline.md. One thread; take the best of
-//! several runs on a quiet machine, built with `--release`.
+//! `cargo xtask roofline`: the limits of this machine, for docs/roofline.md. It uses one thread;
+//! take the best of several runs on a quiet machine, built with `--release`.
 //!
 //! Compiled for the target's baseline: on x86-64 that is SSE2, four numbers at a time. With AVX the
 //! arithmetic doubles; bandwidth beyond the first cache does not change.
@@ -7,16 +7,16 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Numbers that are worked on side by side: enough to hide the latency of an addition.
+/// Independent numbers processed together: enough to hide the latency of an addition.
 const LANES: usize = 64;
 
-/// Bytes of the sets that are read again and again: within L2, around it, in L3, beyond.
+/// Sizes of the sets that are read repeatedly [bytes]: within L2, around it, in L3, beyond.
 const SETS: [usize; 5] = [256 << 10, 700 << 10, 2 << 20, 5 << 20, 64 << 20];
 
-/// Bytes read in all for each set.
+/// Bytes read in total for each set.
 const TRAFFIC: usize = 1 << 30;
 
-/// Prints bandwidths and the rate of arithmetic.
+/// Prints bandwidths and arithmetic throughput.
 pub fn run() {
     if cfg!(debug_assertions) {
         println!("built for debugging: these numbers mean nothing, use --release");
@@ -27,7 +27,7 @@ pub fn run() {
     println!("multiply and add, independent: {:5.1} Gflop/s", arithmetic());
 }
 
-/// GB/s of reading a set of so many bytes.
+/// GB/s when reading a set of this size.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
 fn bandwidth(bytes: usize) -> f64 {
     let set = vec![1.0_f32; bytes / 4];
@@ -49,7 +49,7 @@ fn bandwidth(bytes: usize) -> f64 {
     (rounds * bytes) as f64 / best * 1.0e-9
 }
 
-/// Gflop/s of multiplications and additions that do not wait for each other.
+/// Gflop/s of independent multiplications and additions.
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
 fn arithmetic() -> f64 {
     const ROUNDS: usize = 20_000_000;

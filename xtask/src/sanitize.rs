@@ -1,18 +1,19 @@
-//! `cargo xtask sanitize`: tests that threads take part in, under AddressSanitizer.
+//! `cargo xtask sanitize`: tests that use threads, under AddressSanitizer.
 //!
-//! ThreadSanitizer is left out: it needs a standard library that is built with it, and reports what it does not see in ours.
+//! ThreadSanitizer is left out: it needs a standard library built with it, and reports false
+//! positives for code it does not see in ours.
 
 use std::process::Command;
 
 use crate::{Outcome, cargo, run_to_end, target};
 
-/// What is run: arguments of `cargo test`, and the names of the tests.
+/// The runs: arguments of `cargo test`, and the names of the tests.
 const RUNS: [(&[&str], &[&str]); 2] = [
     (&["--lib"], &["base::", "state::contacts", "geometry::rtree"]),
     (&["--test", "it"], &["contract_executor", "scenario_threads", "scenario_groups"]),
 ];
 
-/// Builds and runs them; where the compiler has no sanitizer it says so.
+/// Builds and runs the tests; reports it if the compiler has no sanitizer.
 pub fn run() -> Outcome {
     let host = host()?;
     if let Err(reason) = has_sanitizer(&host) {
@@ -30,8 +31,8 @@ pub fn run() -> Outcome {
 
 const SANITIZER: &str = "-Zsanitizer=address";
 
-/// A flag of unfinished features, which a stable compiler takes too if it is told so. Leaks are not looked for: a team leaves what
-/// the second of two tasks panics with.
+/// Enables a flag of unstable features, which a stable compiler accepts with this variable. Leak
+/// detection is off, because a team leaks the panic payload of the second of two tasks.
 fn with_sanitizer(command: &mut Command) -> &mut Command {
     command.env("RUSTC_BOOTSTRAP", "1").env("ASAN_OPTIONS", "detect_leaks=0")
 }
@@ -40,7 +41,7 @@ fn rustc() -> Command {
     Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
 }
 
-/// The machine's target.
+/// The machine's target triple.
 fn host() -> Result<String, String> {
     let output = rustc().arg("-vV").output().map_err(|error| format!("rustc: {error}"))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -48,7 +49,7 @@ fn host() -> Result<String, String> {
     host.map(str::to_owned).ok_or_else(|| "rustc does not say for what machine it is".into())
 }
 
-/// Whether an empty program can be built with it.
+/// Whether an empty program can be built with the sanitizer.
 fn has_sanitizer(host: &str) -> Outcome {
     let folder = target().join("asan");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;

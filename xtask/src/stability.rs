@@ -1,5 +1,5 @@
-//! `cargo xtask stability`: long runs of what must stand, into docs/stability.md: how far it sinks and
-//! drifts, and what a step takes with load-adaptive inertia and without.
+//! `cargo xtask stability`: writes long runs of scenes that must stand into docs/stability.md. It
+//! lists their sag and drift, and the time of a step with load-adaptive inertia and without.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -66,7 +66,7 @@ const CASES: [Case; 47] = [
     ("tower_minus_base", 20, &[], false),
 ];
 
-/// A body that sank or went aside by this part of the scene's height has fallen.
+/// A body has fallen if it sank or drifted by this fraction of the scene's height.
 const FALLEN: f64 = 0.2;
 
 struct Figures {
@@ -83,14 +83,16 @@ impl Figures {
     }
 }
 
-/// Runs all cases and writes the page. Fails if something stands that must fall, or falls that must stand.
+/// Runs all cases and writes the page. Fails if a scene stands that must fall, or falls that must
+/// stand.
 pub fn run() -> Outcome {
     let (binary, target) = (release_command()?, target());
     let mut page = String::from(HEAD);
     let mut wrong = Vec::new();
     for (scene, seconds, flags, must_stand) in CASES {
         let with = measure(&binary, &target, scene, seconds, flags)?;
-        // For the time of a step: a tenth of the run is enough, and the least of three runs by turns.
+        // For the time of a step: a tenth of the run is enough, and the minimum of three
+        // alternating runs.
         let off = [flags, &["--set", "inertia.most=1"]].concat();
         let (mut same, mut without) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..3 {
@@ -166,7 +168,8 @@ fn measure(
     Ok(Figures { sag, drift, overlap, height, ms })
 }
 
-/// Greatest sag, greatest drift and the height of what a trace shows, from its first lines to its last.
+/// Maximum sag, maximum drift and height of the bodies in a trace, from its first lines to its
+/// last.
 fn moved(trace: &str) -> Option<(f64, f64, f64)> {
     let mut lines = trace.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
@@ -177,7 +180,7 @@ fn moved(trace: &str) -> Option<(f64, f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for line in lines {
         let cells: Vec<&str> = line.split(',').collect();
-        // What is dropped on others.
+        // The body that is dropped on the others.
         if cells.get(body) == Some(&"heavy cube") {
             continue;
         }

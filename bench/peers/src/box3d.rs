@@ -1,5 +1,5 @@
-//! Box3D: the settings of its own benchmark program, 4 substeps; the coefficients, masses and sleep
-//! settings of the scene.
+//! Box3D with the settings of its own benchmark program and 4 substeps. Coefficients, masses and
+//! sleep settings come from the scene.
 
 #![expect(unsafe_code, reason = "a C library")]
 
@@ -19,9 +19,9 @@ use box3d_sys as b3;
 use crate::hulls::Shared;
 use crate::queries::Asked;
 
-/// Substeps of a step, as in its benchmark program.
+/// Substeps per step, as in its benchmark program.
 const SUBSTEPS: i32 = 4;
-/// Half extents of the box that stands for a half space [m].
+/// Half extents of the box that replaces a half space [m].
 const GROUND: Vec3 = vec3(500.0, 10.0, 500.0);
 
 /// Box3D.
@@ -31,13 +31,13 @@ pub(crate) struct Box3d {
     hulls: Shared<*mut b3::b3HullData>,
     meshes: Shared<*mut b3::b3MeshData>,
     sleep: SleepConfig,
-    /// Of what it says that its stages took.
+    /// The stage times that Box3D reports.
     clock: StageClock,
 }
 
 impl Drop for Box3d {
     fn drop(&mut self) {
-        // SAFETY: made in `build`, destroyed once. Hulls and meshes stay until the process ends.
+        // SAFETY: made in `build`, destroyed once. Hulls and meshes live until the process ends.
         unsafe { b3::b3DestroyWorld(self.world) }
     }
 }
@@ -46,7 +46,7 @@ impl Engine for Box3d {
     const NAME: &'static str = "box3d";
 
     fn version() -> String {
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let version = unsafe { b3::b3GetVersion() };
         let (major, minor, revision) = (version.major, version.minor, version.revision);
         format!("{major}.{minor}.{revision} (box3d-sys {})", crate::versions::BOX3D_SYS)
@@ -58,12 +58,12 @@ impl Engine for Box3d {
             bodies.fold((0, 0), |(n, shapes), b| (n + 1, shapes + b.def.shapes.len()))
         };
         let (fixed, dynamic) = (count(BodyKind::Static), count(BodyKind::Dynamic));
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let mut def = unsafe { b3::b3DefaultWorldDef() };
         def.gravity = vector(scene.config.gravity);
         def.enableSleep = scene.config.sleep.enabled;
         def.workerCount = u32::try_from(threads).map_err(|e| EngineError(e.to_string()))?;
-        // Its benchmark program gives hints as well: no table grows while time is taken.
+        // Its benchmark program also gives capacities, so that no table grows during timed steps.
         def.capacity.staticBodyCount = int(fixed.0)?;
         def.capacity.staticShapeCount = int(fixed.1)?;
         def.capacity.dynamicBodyCount = int(dynamic.0)?;
@@ -83,8 +83,8 @@ impl Engine for Box3d {
             this.add(body)?;
         }
         linkages(&scene.joints)?.iter().for_each(|linkage| this.link(linkage));
-        // SAFETY: the world lives. Static trees are made balanced before time is taken, as the other
-        // engines' are.
+        // SAFETY: the world lives. Static trees are balanced before timing begins, as in the other
+        // engines.
         unsafe { b3::b3World_RebuildStaticTree(world) };
         Ok(this)
     }
@@ -95,7 +95,7 @@ impl Engine for Box3d {
             let what = "locked axes and sleeping starts are not translated";
             return Err(EngineError(what.to_owned()));
         }
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let mut def = unsafe { b3::b3DefaultBodyDef() };
         def.type_ = match from.kind {
             BodyKind::Static => b3::b3BodyType_b3_staticBody,
@@ -116,7 +116,8 @@ impl Engine for Box3d {
             let last = i + 1 == from.shapes.len();
             self.add_shape(id, shape, factor, last)?;
         }
-        // Those of the definition would be taken for the origin's, and change with the center of mass.
+        // Velocities in the definition would be those of the origin, and change with the center of
+        // mass.
         if from.kind != BodyKind::Static {
             // SAFETY: the body lives.
             unsafe { b3::b3Body_SetLinearVelocity(id, vector(from.linear_velocity)) };
@@ -136,7 +137,7 @@ impl Engine for Box3d {
 
     fn bring(&mut self, wave: &Wave) -> Result<(), EngineError> {
         for id in &self.bodies[wave.removed.clone()] {
-            // SAFETY: the body lives: what left is not named again.
+            // SAFETY: the body lives, because a removed body is not named again.
             unsafe { b3::b3DestroyBody(*id) };
         }
         wave.bodies.iter().try_for_each(|body| self.add(body))?;
@@ -153,9 +154,9 @@ impl Engine for Box3d {
     fn step(&mut self, dt: f32) {
         // SAFETY: the world lives.
         unsafe { b3::b3World_Step(self.world, dt, SUBSTEPS) };
-        // SAFETY: as above; what it says is copied.
+        // SAFETY: as above; the result is copied.
         let told = unsafe { b3::b3World_GetProfile(self.world) };
-        // `solver` is what ours is: the plan and all that works on constraints.
+        // `solver` matches our stage: the plan and all work on constraints.
         let stages = [
             ("pairs", told.pairs),
             ("collide", told.collide),
@@ -203,7 +204,7 @@ impl Engine for Box3d {
 
 impl Box3d {
     fn link(&mut self, linkage: &Linkage) {
-        // Its axes are z.
+        // Its joint axes are z.
         let axes = Quat::from_axis_angle(Vec3::Y, FRAC_PI_2);
         let frame = |pose: &Pose| transform(&Pose::new(pose.position, pose.rotation * axes));
         let base = |mut base: b3::b3JointDef| {
@@ -217,11 +218,11 @@ impl Box3d {
         let (hertz, ratio) = linkage.spring.unwrap_or_default();
         match linkage.turn {
             Turn::Ball { cone, twist } => {
-                // SAFETY: takes nothing.
+                // SAFETY: no arguments.
                 let mut def = unsafe { b3::b3DefaultSphericalJointDef() };
                 def.base = base(def.base);
                 def.enableConeLimit = cone.is_some();
-                // Its cones are round: as wide as ours where that is widest.
+                // Its cones are round: as wide as ours at their widest.
                 def.coneAngle = cone.map_or(0.0, |[y, z]| y.max(z));
                 def.enableTwistLimit = twist.is_some();
                 [def.lowerTwistAngle, def.upperTwistAngle] = twist.unwrap_or_default();
@@ -233,7 +234,7 @@ impl Box3d {
                 unsafe { b3::b3CreateSphericalJoint(self.world, &raw const def) };
             }
             Turn::Hinge { limits } => {
-                // SAFETY: takes nothing.
+                // SAFETY: no arguments.
                 let mut def = unsafe { b3::b3DefaultRevoluteJointDef() };
                 def.base = base(def.base);
                 def.enableLimit = limits.is_some();
@@ -261,7 +262,7 @@ impl Box3d {
         if (friction_combine, from.material.restitution_combine) != usual {
             return Err(EngineError("its rules for combining materials are fixed".to_owned()));
         }
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let mut def = unsafe { b3::b3DefaultShapeDef() };
         def.density = from.density * factor;
         def.baseMaterial.friction = friction;
@@ -270,7 +271,7 @@ impl Box3d {
         def.filter.categoryBits = from.filter.layers;
         def.filter.maskBits = from.filter.mask & !from.filter.exclude;
         def.isSensor = from.sensor;
-        // The mass is worked out once, with the last shape.
+        // The mass is computed once, with the last shape.
         def.updateBodyMass = last;
         let def = &raw const def;
         let place = transform(&from.pose);
@@ -316,7 +317,7 @@ impl Box3d {
 }
 
 fn add_box(body: b3::b3BodyId, def: *const b3::b3ShapeDef, half: Vec3, place: b3::b3Transform) {
-    // SAFETY: takes numbers; makes a hull by value.
+    // SAFETY: takes numbers; returns a hull by value.
     let made = unsafe { b3::b3MakeTransformedBoxHull(half.x, half.y, half.z, place) };
     // SAFETY: the body lives; definition and hull outlive the call, which copies the hull.
     unsafe { b3::b3CreateHullShape(body, def, &raw const made.base) };
@@ -343,7 +344,7 @@ fn make_mesh(mesh: &Mesh) -> Option<*mut b3::b3MeshData> {
         useMedianSplit: true,
         ..b3::b3MeshDef::default()
     };
-    // SAFETY: vertices and indices outlive the call, and their numbers are right.
+    // SAFETY: vertices and indices outlive the call, and their counts are correct.
     let made = unsafe { b3::b3CreateMesh(&raw const def, core::ptr::null_mut(), 0) };
     (!made.is_null()).then_some(made)
 }
@@ -364,7 +365,7 @@ const fn transform(pose: &Pose) -> b3::b3Transform {
     b3::b3Transform { p: vector(pose.position), q: quaternion(pose.rotation) }
 }
 
-/// Keeps the nearest hit in the fraction that it is given, and cuts the way there.
+/// Stores the fraction of the nearest hit so far, and shortens the cast to it.
 unsafe extern "C" fn nearest(
     _: b3::b3ShapeId,
     _: b3::b3Pos,
@@ -375,21 +376,21 @@ unsafe extern "C" fn nearest(
     _: i32,
     least: *mut core::ffi::c_void,
 ) -> f32 {
-    // SAFETY: what `cast` gave: a number that outlives the call, and that nobody else has.
+    // SAFETY: the pointer from `cast`, to a number that outlives the call and is not shared.
     unsafe { *least.cast::<f32>() = fraction };
     fraction
 }
 
 /// Counts shapes.
 unsafe extern "C" fn count(_: b3::b3ShapeId, found: *mut core::ffi::c_void) -> bool {
-    // SAFETY: what `overlap` gave: a number that outlives the call, and that nobody else has.
+    // SAFETY: the pointer from `overlap`, to a number that outlives the call and is not shared.
     unsafe { *found.cast::<u32>() += 1 };
     true
 }
 
 impl Asked for Box3d {
     fn ray(&self, origin: Vec3, delta: Vec3) -> f32 {
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let all = unsafe { b3::b3DefaultQueryFilter() };
         // SAFETY: the world lives.
         let hit =
@@ -401,7 +402,7 @@ impl Asked for Box3d {
         let (center, mut least) = (vector(Vec3::ZERO), 1.0_f32);
         let ball = b3::b3ShapeProxy { points: &raw const center, count: 1, radius };
         let to = (&raw mut least).cast();
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let all = unsafe { b3::b3DefaultQueryFilter() };
         let (at, way) = (vector(origin), vector(delta));
         // SAFETY: the world lives; the ball and the number outlive the call.
@@ -415,7 +416,7 @@ impl Asked for Box3d {
         let (center, mut found) = (vector(Vec3::ZERO), 0_u32);
         let ball = b3::b3ShapeProxy { points: &raw const center, count: 1, radius };
         let to = (&raw mut found).cast();
-        // SAFETY: takes nothing.
+        // SAFETY: no arguments.
         let all = unsafe { b3::b3DefaultQueryFilter() };
         // SAFETY: the world lives; the ball and the number outlive the call.
         unsafe {

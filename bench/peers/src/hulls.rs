@@ -1,11 +1,11 @@
-//! Hulls and meshes that several bodies share are translated once.
+//! Translates hulls and meshes once if several bodies share them.
 
 use std::sync::Arc;
 
 use drystone::{Hull, Mesh};
 use drystone_bench::EngineError;
 
-/// Translated hulls and meshes, with the originals by which they are known.
+/// Translated hulls and meshes, with their originals as keys.
 #[derive(Debug)]
 pub(crate) struct Shared<T> {
     hulls: Vec<(Arc<Hull>, T)>,
@@ -19,7 +19,7 @@ impl<T> Default for Shared<T> {
 }
 
 impl<T: Clone> Shared<T> {
-    /// The translation of this hull, made now if it is new.
+    /// The translation of this hull; made now if it is new.
     pub(crate) fn hull(
         &mut self,
         hull: &Arc<Hull>,
@@ -28,7 +28,7 @@ impl<T: Clone> Shared<T> {
         find(&mut self.hulls, hull, "hull", make)
     }
 
-    /// The translation of this mesh, made now if it is new.
+    /// The translation of this mesh; made now if it is new.
     pub(crate) fn mesh(
         &mut self,
         mesh: &Arc<Mesh>,

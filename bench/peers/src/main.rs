@@ -1,5 +1,6 @@
-//! One run of a peer: scene, engine, threads and steps in, one row as JSON out; or the tests with a known
-//! result, their table as JSON. `bench` starts a process of it for every run.
+//! One run of a peer: the input is scene, engine, threads and steps, the output one row as JSON.
+//! Alternatively it runs the tests with a known result and prints their table as JSON. `bench`
+//! starts a process for every run.
 
 #[cfg(test)]
 mod agreement;

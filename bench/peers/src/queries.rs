@@ -1,4 +1,5 @@
-//! The cost of rays, casts of a ball and overlaps with a ball, of drystone and of its peers on the same scenes.
+//! The cost of ray casts, ball casts and ball overlaps in drystone and its peers, on the same
+//! scenes.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -13,13 +14,13 @@ use drystone_scene::{Scene, SceneBody};
 
 const ASKED: u32 = 20_000;
 
-/// An engine that is asked. Fractions are 1 where nothing is met.
+/// An engine under test. Fractions are 1 if nothing is hit.
 pub(crate) trait Asked {
-    /// The fraction of the way at which a ray meets the first shape.
+    /// The fraction of the displacement at which a ray hits the first shape.
     fn ray(&self, origin: Vec3, delta: Vec3) -> f32;
-    /// The same of a ball of this radius [m].
+    /// The same fraction for a ball of this radius [m].
     fn cast(&self, radius: f32, origin: Vec3, delta: Vec3) -> f32;
-    /// How many shapes a ball overlaps.
+    /// Number of shapes that a ball overlaps.
     fn overlap(&self, radius: f32, center: Vec3) -> u32;
 }
 
@@ -42,7 +43,7 @@ impl Asked for World {
     }
 }
 
-/// Numbers from -1 to 1.
+/// Random numbers from -1 to 1.
 struct Numbers(u64);
 
 impl Numbers {
@@ -64,7 +65,7 @@ fn add(scene: &mut Scene, body: BodyDef, shape: Shape) {
     scene.bodies.push(SceneBody { name: String::new(), def });
 }
 
-/// Boxes, balls and capsules, 1.6 m apart; a quarter of them on static bodies.
+/// Boxes, balls and capsules at 1.6 m spacing; a quarter of them are static.
 fn bodies(numbers: &mut Numbers) -> Scene {
     let mut scene = Scene::new("bodies", "");
     scene.config.gravity = Vec3::ZERO;
@@ -83,13 +84,13 @@ fn bodies(numbers: &mut Numbers) -> Scene {
     scene
 }
 
-/// Waves from -1 to 1 of a wavelength of 4.
+/// Triangle waves from -1 to 1 with a wavelength of 4.
 fn hills(x: f32) -> f32 {
     let part = x - 4.0 * (0.25 * x).round();
     1.0 - part.abs()
 }
 
-/// A hilly ground of 131,072 triangles, 24 m wide.
+/// Hilly ground of 131,072 triangles, 24 m wide.
 fn ground(numbers: &mut Numbers) -> Result<Scene, EngineError> {
     const SIDE: u16 = 257;
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
@@ -110,7 +111,8 @@ fn ground(numbers: &mut Numbers) -> Result<Scene, EngineError> {
     Ok(scene)
 }
 
-/// The queries of a scene: ways of rays and casts, which begin in no shape; places of balls; radii of both [m].
+/// The queries of a scene: displacements of rays and casts, which begin outside all shapes; centers
+/// of balls; radii of both [m].
 struct Questions {
     ways: Vec<(Vec3, Vec3)>,
     places: Vec<Vec3>,
@@ -118,7 +120,7 @@ struct Questions {
 }
 
 impl Questions {
-    /// Through the bodies, from a sphere around all of them.
+    /// Queries through the bodies, from a sphere around all of them.
     fn through(numbers: &mut Numbers) -> Self {
         let way = |numbers: &mut Numbers| {
             let from = numbers.vector().normalize_or(Vec3::X) * 25.0;
@@ -129,7 +131,7 @@ impl Questions {
         Self { ways, places, radii: [0.3, 1.0] }
     }
 
-    /// Down on the ground, and near it.
+    /// Queries down onto the ground, and near it.
     fn down(numbers: &mut Numbers) -> Self {
         let place =
             |numbers: &mut Numbers, y: f32| vec3(8.0 * numbers.next(), y, 8.0 * numbers.next());
@@ -140,7 +142,8 @@ impl Questions {
         Self { ways, places, radii: [0.3, 0.3] }
     }
 
-    /// The least time of five rounds for a question [ns], and the mean answer: of rays, casts, overlaps.
+    /// The minimum time of five rounds per query [ns], and the mean answer, for rays, casts and
+    /// overlaps.
     fn ask(&self, engine: &dyn Asked) -> [(f64, f64); 3] {
         let Self { ways, places, radii: [cast, overlap] } = self;
         [
@@ -161,7 +164,7 @@ fn time(mut ask: impl FnMut() -> f64) -> (f64, f64) {
     (least * 1.0e9 / f64::from(ASKED), sum / f64::from(ASKED))
 }
 
-/// All engines that were built in, as a table; in brackets the mean answers.
+/// A table of all built-in engines; the mean answers are in brackets.
 pub(crate) fn table() -> Result<String, EngineError> {
     let mut numbers = Numbers(12345);
     let scenes = [

@@ -1,4 +1,5 @@
-//! rapier3d: its own default solver settings; the coefficients, masses and sleep settings of the scene.
+//! rapier3d with its default solver settings. Coefficients, masses and sleep settings come from the
+//! scene.
 
 use drystone::contact::Combine;
 use drystone::{BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
@@ -10,7 +11,8 @@ use rapier3d::prelude::CoefficientCombineRule as Rule;
 use crate::hulls::Shared;
 use crate::queries::Asked;
 
-/// Torque over speed of what is to be held still by friction [1/s]: far above what a step can tell from it.
+/// Ratio of friction torque to speed for a joint that friction holds still [1/s]: far above
+/// anything a step resolves.
 const STIFF: f32 = 1.0e6;
 
 /// rapier3d.
@@ -19,7 +21,7 @@ pub(crate) struct Rapier {
     bodies: Vec<rapier::RigidBodyHandle>,
     shapes: Shared<rapier::SharedShape>,
     sleep: drystone::config::SleepConfig,
-    /// Bodies with a force for the next step: rapier's forces last until they are taken off.
+    /// Bodies with a force for the next step: rapier's forces last until they are removed.
     pushed: Vec<rapier::RigidBodyHandle>,
 }
 
@@ -144,8 +146,8 @@ impl Engine for Rapier {
 }
 
 impl Rapier {
-    /// A limit, and one drive, an axis: a spring is a joint of its own. It has no cone, so that each swing has its
-    /// own limit.
+    /// Adds a joint. rapier has one limit and one motor per axis, so a spring is a separate joint.
+    /// It has no cone, so each swing axis has its own limit.
     fn link(&mut self, linkage: &Linkage) {
         use rapier::JointAxis::{AngX, AngY, AngZ};
         let (locked, free, about_x, cone) = match linkage.turn {
@@ -244,7 +246,7 @@ const fn rule(combine: Combine) -> Rule {
     }
 }
 
-/// Layers as groups, of which there are 32.
+/// Layers as rapier's groups, of which there are 32.
 fn groups(filter: drystone::Filter) -> Result<rapier::InteractionGroups, EngineError> {
     let few = |bits: u64| u32::try_from(bits);
     let (Ok(layers), Ok(mask)) =
@@ -279,7 +281,7 @@ impl Rapier {
 impl Asked for Rapier {
     fn ray(&self, origin: Vec3, delta: Vec3) -> f32 {
         let ray = rapier::Ray::new(vector(origin), vector(delta));
-        // With the normal, which the others tell too.
+        // With the normal, which the other engines also return.
         let hit = self.asked().cast_ray_and_get_normal(&ray, 1.0, true);
         hit.map_or(1.0, |(_, hit)| hit.time_of_impact)
     }

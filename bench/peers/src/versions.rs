@@ -1,4 +1,4 @@
-//! Versions of crates that do not tell theirs: read from the lock file by the build script.
+//! Versions of crates that do not report theirs, read from the lock file by the build script.
 
 #[cfg(feature = "rapier")]
 pub(crate) const RAPIER: &str = env!("RAPIER3D_VERSION");

@@ -1,4 +1,4 @@
-//! One operation, done to a world.
+//! Applies one operation to a world.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,18 +19,18 @@ use crate::op::{
 };
 use crate::oracle::Gone;
 
-/// What became of an operation.
+/// Result of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Done {
-    /// It was done.
+    /// The operation succeeded.
     Yes,
     /// The engine refused it.
     Refused,
-    /// What it names is not there.
+    /// An object that it names does not exist.
     Skipped,
 }
 
-/// Which ids the labels of a program stand for, those of what is gone too.
+/// The ids of a program's labels, including removed objects.
 #[derive(Clone, Debug, Default)]
 pub struct Ids {
     /// Bodies.
@@ -43,9 +43,9 @@ pub struct Ids {
     pub particles: BTreeMap<Label, ParticleId>,
     /// Links.
     pub links: BTreeMap<Label, LinkId>,
-    /// Pieces so far.
+    /// Number of pieces so far.
     pub pieces: Label,
-    /// What was removed.
+    /// Ids of removed objects.
     pub gone: Gone,
 }
 
@@ -70,7 +70,7 @@ impl Ids {
     }
 }
 
-/// Does an operation, all but steps.
+/// Applies an operation other than a step.
 pub fn apply(
     world: &mut World,
     ids: &mut Ids,
@@ -175,14 +175,14 @@ fn of(result: Result<(), DefError>) -> Done {
     if result.is_ok() { Done::Yes } else { Done::Refused }
 }
 
-/// No number of an answer may be infinite or NaN.
+/// Checks that no number of an answer is infinite or NaN.
 pub(crate) fn look(findings: &mut Findings, of: &str, text: &str, step: u32) {
     if text.contains("NaN") || text.contains("inf") {
         findings.add(Kind::BadNumber, of, text, step);
     }
 }
 
-/// The shape of a form, unless it is refused.
+/// The shape of a form, or `None` if the engine refuses it.
 #[must_use]
 pub fn shape(form: &Form) -> Option<Shape> {
     match form {
@@ -198,7 +198,7 @@ pub(crate) fn shape_def(plan: &ShapePlan) -> Option<ShapeDef> {
     Some(ShapeDef { shape: shape(&plan.form)?, ..plan.def.clone() })
 }
 
-/// The definition of a body, unless one of its shapes or its glue is refused.
+/// The definition of a body, or `None` if one of its shapes or its glue is refused.
 pub(crate) fn body_def(plan: &BodyPlan) -> Option<BodyDef> {
     let shapes: Option<Vec<ShapeDef>> = plan.shapes.iter().map(shape_def).collect();
     let mut def = BodyDef { shapes: shapes?, ..plan.def.clone() };

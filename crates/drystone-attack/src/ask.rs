@@ -1,4 +1,4 @@
-//! One question, asked of a world in all its forms, whose answers must agree.
+//! Asks a world one query in all its forms; the answers must agree.
 
 use core::ops::ControlFlow;
 
@@ -9,7 +9,7 @@ use crate::apply::{Done, look, shape};
 use crate::finding::{Findings, Kind};
 use crate::op::{Form, QueryCall};
 
-/// Where findings of a question go.
+/// Collects the findings of a query.
 struct Report<'a> {
     findings: &'a mut Findings,
     step: u32,
@@ -27,7 +27,7 @@ impl Report<'_> {
     }
 }
 
-/// Asks the question, and the others whose answers follow from its own.
+/// Runs a query, and other queries whose answers follow from its answer.
 pub(crate) fn ask(world: &World, call: &QueryCall, findings: &mut Findings, step: u32) -> Done {
     let (q, mut report) = (world.query(), Report { findings, step });
     let answered = match call {

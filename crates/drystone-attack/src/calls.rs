@@ -1,5 +1,5 @@
-//! Two other ways through a program: its operations made as calls that are data, and worlds that go back to what was kept.
-//! Both must come to what the operations themselves come to.
+//! Two other ways to run a program: its operations as calls in a journal, and worlds that roll back
+//! to a saved state. Both must give the same result as the operations themselves.
 
 use drystone::journal::{Answer, Call, Journal};
 use drystone::particle::{LinkDef, Strand};
@@ -11,25 +11,25 @@ use crate::finding::{Findings, Kind};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
 use crate::rng::Rng;
 
-/// Damaged copies of a journal or a delta.
+/// Number of damaged copies of a journal or a delta.
 const COPIES: usize = 4;
 
-/// A run whose calls are written down.
+/// A run whose calls are recorded.
 #[derive(Debug)]
 pub struct Written {
     journal: Journal,
 }
 
 impl Written {
-    /// Begins with the world as it is.
+    /// Begins with the world in its current state.
     #[must_use]
     pub fn begin(world: &World) -> Self {
         Self { journal: Journal::begin(world) }
     }
 
-    /// Does an operation that is no step.
+    /// Applies an operation other than a step.
     pub fn apply(&mut self, world: &mut World, ids: &mut Ids, op: &Op) -> Done {
-        // Questions and books change nothing.
+        // Queries and ledgers change nothing.
         let Some(call) = call_of(op, ids, world) else { return Done::Skipped };
         match self.journal.call(world, call) {
             Ok(Answer::Nothing) => Done::Skipped,
@@ -43,11 +43,11 @@ impl Written {
 
     /// Takes a step of `dt` [s].
     pub fn step(&mut self, world: &mut World, dt: f32) {
-        // A step is not refused.
+        // The engine refuses no step.
         let _ = self.journal.call(world, Call::Step(dt));
     }
 
-    /// Makes the run again from its bytes, and from damaged ones.
+    /// Replays the run from its bytes, and from damaged copies.
     pub fn end(self, world: &World, findings: &mut Findings, step: u32) {
         let bytes = self.journal.to_bytes();
         let mut again = world.clone();
@@ -68,7 +68,7 @@ impl Written {
     }
 }
 
-/// The call that an operation is, if all that it names is there and can be built.
+/// The call of an operation, if all objects that it names exist and can be built.
 #[must_use]
 pub fn call_of(op: &Op, ids: &Ids, world: &World) -> Option<Call> {
     let body = |label| ids.bodies.get(label).copied();
@@ -156,7 +156,7 @@ pub fn call_of(op: &Op, ids: &Ids, world: &World) -> Option<Call> {
     })
 }
 
-/// Gives labels to what a call made.
+/// Gives labels to the objects that a call made.
 fn learn(op: &Op, answer: Answer, ids: &mut Ids, world: &World) {
     match (op, answer) {
         (Op::AddBody(plan), Answer::Body(id)) => ids.take_body(plan, id, world),
@@ -265,7 +265,7 @@ fn particle_call(call: &ParticleCall) -> drystone::journal::ParticleCall {
     }
 }
 
-/// A run keeps these of its past: a copy, and bytes.
+/// Saved states of a run: a copy, and bytes.
 #[derive(Debug, Default)]
 pub struct Past {
     kept: World,
@@ -276,7 +276,8 @@ pub struct Past {
 }
 
 impl Past {
-    /// Changes and steps the world, and goes back to what it was: by a copy, by bytes, or by a delta against the last bytes.
+    /// Changes and steps the world, then restores it: from a copy, from bytes, or from a delta
+    /// against the previous bytes.
     pub fn there_and_back(&mut self, world: &mut World, findings: &mut Findings, step: u32) {
         self.turns += 1;
         let as_copy = self.turns.is_multiple_of(3);
@@ -314,7 +315,7 @@ impl Past {
         }
     }
 
-    /// A damaged delta is refused, or comes to the same all the same.
+    /// Checks that a damaged delta is refused, or gives the same bytes.
     fn damage(&self, findings: &mut Findings, step: u32) {
         let mut rng = Rng::new(u64::from(step));
         for _ in 0..COPIES {

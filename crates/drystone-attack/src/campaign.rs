@@ -1,5 +1,5 @@
-//! A campaign: units of all subjects in child processes, so that a hang or a crash costs one unit and is told with its
-//! seed.
+//! A campaign: units of all subjects in child processes. A hang or a crash costs one unit and is
+//! reported with its seed.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
@@ -17,36 +17,36 @@ use crate::report::Report;
 use crate::rng::mix;
 use crate::unit::{Places, Subject, Unit, run_unit};
 
-/// What is to be done.
+/// Options of a campaign.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// For how long.
+    /// Maximum duration.
     pub time: Duration,
-    /// Counts the campaign by its worlds; the other subjects follow ([`Subject::units_of`]). The units are then always the same, if
-    /// the time suffices.
+    /// Number of worlds, which fixes the number of units of the other subjects too
+    /// ([`Subject::units_of`]). The units are then always the same, if the time suffices.
     pub worlds: Option<u64>,
-    /// What seeds of units are made from.
+    /// Seed of the units' seeds.
     pub seed: u64,
-    /// What is attacked.
+    /// Subjects to attack.
     pub only: Vec<Subject>,
-    /// How many processes at a time.
+    /// Number of parallel processes.
     pub jobs: usize,
-    /// Where findings are written.
+    /// Folder for findings.
     pub out: PathBuf,
-    /// Where things are.
+    /// Paths of files and programs.
     pub places: Places,
 }
 
-/// One worker works on one subject for so long at a time.
+/// Maximum time that one worker spends on one subject before the next one.
 const SLICE: Duration = Duration::from_secs(10);
 
-/// How often a child that says nothing is looked at.
+/// Interval between checks of a silent child.
 const TICK: Duration = Duration::from_millis(500);
 
-/// What does not work either is waited for so many times longer.
+/// Factor on the time limit for a child that uses no processor time.
 const WAIT: f64 = 10.0;
 
-/// A child that has more memory than that is ended [bytes].
+/// Maximum memory of a child before it is killed [bytes].
 const MOST_MEMORY: u64 = 4 << 30;
 
 /// The seed of a unit of a campaign.
@@ -55,10 +55,10 @@ pub fn unit_seed(campaign: u64, number: u64) -> u64 {
     mix(mix(campaign) ^ number)
 }
 
-/// Runs a campaign, and returns what it came to.
+/// Runs a campaign, and returns its report.
 ///
 /// # Errors
-/// The folder of findings cannot be written, or no worker can be started.
+/// Fails if the folder of findings cannot be written, or no worker can be started.
 pub fn run(options: &Options) -> Result<Report, String> {
     std::fs::create_dir_all(&options.out).map_err(|e| format!("{}: {e}", options.out.display()))?;
     let hunts = options.only.iter().all(|subject| matches!(subject, Subject::Scene(_)));
@@ -87,14 +87,14 @@ pub fn run(options: &Options) -> Result<Report, String> {
     failed.map_or(Ok(report), Err)
 }
 
-/// One of the processes that work at a time.
+/// One of the parallel processes.
 struct Slot<'a> {
     options: &'a Options,
     slot: usize,
     report: &'a Mutex<Report>,
     bar: &'a ProgressBar,
     start: Instant,
-    /// Units of each subject so far, and the time they took [s].
+    /// Number of units of each subject so far, and their duration [s].
     spent: Vec<(Subject, u64, f64)>,
 }
 
@@ -120,13 +120,13 @@ impl<'a> Slot<'a> {
             if left.is_zero() {
                 return Ok(());
             }
-            // Whoever lags most behind its part of the time.
+            // The subject that is farthest behind its share of the time.
             let behind = |(subject, _, spent): &(Subject, u64, f64)| spent / subject.weight();
             let next = (0..self.spent.len())
                 .filter(|i| self.left(self.spent[*i].0, self.spent[*i].1) > 0)
                 .min_by(|a, b| behind(&self.spent[*a]).total_cmp(&behind(&self.spent[*b])));
             let Some(next) = next else { return Ok(()) };
-            // Each subject has its turn several times.
+            // Each subject gets several turns.
             let turns = u32::try_from(3 * self.spent.len()).unwrap_or(u32::MAX).max(12);
             let part = (self.options.time / turns).clamp(Duration::from_millis(500), SLICE);
             let begin = Instant::now();
@@ -137,8 +137,8 @@ impl<'a> Slot<'a> {
         }
     }
 
-    /// The number of units of a subject that are left for this slot, which has done `done`. A counted campaign has the same units
-    /// for any number of slots.
+    /// Number of units of a subject that remain for this slot after `done` units. A counted
+    /// campaign has the same units for any number of slots.
     fn left(&self, subject: Subject, done: u64) -> u64 {
         let Some(worlds) = self.options.worlds else { return u64::MAX };
         let (jobs, slot) = (self.options.jobs.max(1) as u64, self.slot as u64);
@@ -146,7 +146,7 @@ impl<'a> Slot<'a> {
         each.saturating_sub(slot).div_ceil(jobs).saturating_sub(done)
     }
 
-    /// Has a child work for a while; returns how many units it did.
+    /// Runs a child for a while; returns the number of units it finished.
     fn slice(&self, subject: Subject, first: u64, time: Duration) -> Result<u64, String> {
         let jobs = self.options.jobs.max(1) as u64;
         let first_number = first * jobs + self.slot as u64;
@@ -178,7 +178,8 @@ impl<'a> Slot<'a> {
                     self.show();
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    // Of its own work; one that waits for ever does none.
+                    // Measured in the child's processor time; a child that waits for ever uses
+                    // none.
                     let is_late = worked_seconds(&process) - last.1 > limit
                         || last.0.elapsed().as_secs_f64() > WAIT * limit;
                     let is_large = resident_bytes(&process) > MOST_MEMORY;
@@ -256,11 +257,12 @@ fn lines_of(child: &mut Child) -> Receiver<String> {
     receiver
 }
 
-/// What a child does: units one after the other (the first, how far it is to the next, how many, for how long [ms], of
-/// which campaign), each told before and after on the standard output.
+/// The work of a child: units one after the other, each reported before and after on the standard
+/// output. The arguments are the first unit, the stride, the number, the time [ms] and the
+/// campaign's seed.
 ///
 /// # Errors
-/// The output is closed.
+/// Fails if the output is closed.
 pub fn worker(
     subject: Subject,
     [first, stride, most, milliseconds, campaign]: [u64; 5],

@@ -11,10 +11,10 @@ use crate::finding::{Findings, Kind};
 use crate::rng::Rng;
 use crate::unit::{Places, Unit};
 
-/// A command that takes longer hangs.
+/// Time after which a command counts as hanging.
 const LIMIT: Duration = Duration::from_secs(100);
 
-/// Scenes of few bodies, whose steps are quick.
+/// Scenes of few bodies, with fast steps.
 const SCENES: [&str; 12] = [
     "stack",
     "cradle",
@@ -48,7 +48,7 @@ pub fn attack(seed: u64, places: &Places) -> Unit {
     unit
 }
 
-/// A recording and a snapshot of a run, and both damaged.
+/// Makes a recording and a snapshot of a run, and damages both.
 fn saved_runs(command: &Path, places: &Places, rng: &mut Rng, unit: &mut Unit) {
     let scene = rng.pick(&["stack:n=3", "rope", "cradle"]);
     let args = ["simulate", scene, "--steps", "4", "--record", "a.rec", "--snapshot", "a.run"];
@@ -70,11 +70,12 @@ fn saved_runs(command: &Path, places: &Places, rng: &mut Rng, unit: &mut Unit) {
     }
 }
 
-/// Title of a file of the program's own, and what stands before each of its chunks: length and checksum.
+/// Size of the title of a file in the program's format, and of the head of each chunk (length and
+/// checksum).
 const TITLE: usize = 12;
 const HEAD: usize = 12;
 
-/// Damages the bytes, or one of the chunks with its checksum mended.
+/// Damages the bytes, or one of the chunks and then corrects its checksum.
 fn damage_chunks(bytes: &mut Vec<u8>, rng: &mut Rng) {
     if rng.chance(0.4) || bytes.len() < TITLE {
         damage::bytes(bytes, rng);
@@ -105,7 +106,7 @@ fn damage_chunks(bytes: &mut Vec<u8>, rng: &mut Rng) {
     }
 }
 
-/// Values for options, right ones and others.
+/// Values for options, valid and invalid.
 const VALUES: [&str; 40] = [
     "0",
     "1",
@@ -149,7 +150,7 @@ const VALUES: [&str; 40] = [
     "--help",
 ];
 
-/// A command line: a right one, with some of its words changed.
+/// A valid command line with some of its words changed.
 fn arguments(rng: &mut Rng) -> Vec<OsString> {
     let scene = rng.pick(&SCENES).to_owned();
     let mut args: Vec<String> = match rng.below(7) {
@@ -159,7 +160,7 @@ fn arguments(rng: &mut Rng) -> Vec<OsString> {
             let out = rng.pick(&["a.json", "a.glb", "a.gltf", "a.obj", "/dev/full"]).to_owned();
             vec!["convert".to_owned(), scene, out]
         }
-        // It compares with `analytic` too, which takes long where much touches.
+        // It also compares with `analytic`, which is slow with many contacts.
         2 => [
             "compare",
             rng.pick(&["stack:n=3", "cradle", "rope"]),
@@ -230,10 +231,10 @@ fn arguments(rng: &mut Rng) -> Vec<OsString> {
             break;
         }
     }
-    // A scene's own length would be far too long, and so would all benchmarks or a window.
+    // The default length of a scene, all benchmarks, or a window would take far too long.
     let long = ["view", "bench", "validate"];
     args.retain(|arg| long.iter().all(|word| arg != word));
-    // A run as long as that would be no hang.
+    // A run of that length would not be a hang.
     for i in 1..args.len() {
         let is_length = ["--steps", "--seconds"].iter().any(|name| args[i - 1] == *name);
         let number = args[i].to_str().and_then(|word| word.parse::<f64>().ok());
@@ -248,7 +249,7 @@ fn arguments(rng: &mut Rng) -> Vec<OsString> {
     args
 }
 
-/// Words that no one types.
+/// Words that nobody types.
 fn strange(rng: &mut Rng) -> OsString {
     match rng.below(4) {
         0 => OsString::from("a".repeat(10_000)),
@@ -269,7 +270,7 @@ fn not_text() -> OsString {
     OsString::from("\u{fffd}")
 }
 
-/// Runs it and looks at what it says.
+/// Runs a command line and checks its output.
 fn check(command: &Path, args: &[OsString], folder: &Path, unit: &mut Unit) {
     unit.tried += 1;
     let shown: Vec<String> =
@@ -295,11 +296,11 @@ fn judge(status: ExitStatus, text: &str, shown: &str, unit: &mut Unit) {
     let errors = text.lines().filter(|line| line.trim_start().starts_with("error:")).count();
     match status.code() {
         None => findings.add(Kind::Crash, "the command", detail, 0),
-        // 3: done, and a fault was reported.
+        // Status 3: the run finished and reported a fault.
         Some(0 | 3) if errors == 0 => {}
         Some(0 | 3) => findings.add(Kind::Command, "an error, and yet done", detail, 0),
         Some(1 | 2) if errors == 1 => unit.refused += 1,
-        // Who says nothing is told what there is.
+        // Without arguments the command prints its usage.
         Some(2) if errors == 0 && text.contains("Usage: drystone <COMMAND>") => unit.refused += 1,
         Some(1 | 2) => {
             findings.add(Kind::Command, format!("{errors} lines of errors"), detail, 0);
@@ -308,7 +309,7 @@ fn judge(status: ExitStatus, text: &str, shown: &str, unit: &mut Unit) {
     }
 }
 
-/// Its exit status, if it could be started, and what it wrote to the error stream; `None`: it did not end.
+/// Its exit status, if it could be started, and its error output; `None` if it did not end.
 fn output(
     command: &Path,
     args: &[OsString],
@@ -321,7 +322,7 @@ fn output(
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn();
-    // What the system cannot start (a zero byte in a word) is no case.
+    // A word that the system cannot pass, such as one with a zero byte, is skipped.
     let Ok(mut child) = child else { return Some((None, String::new())) };
     let stream = child.stderr.take();
     let reader = std::thread::spawn(move || {

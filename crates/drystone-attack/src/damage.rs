@@ -17,7 +17,7 @@ pub fn bytes(bytes: &mut Vec<u8>, rng: &mut Rng) {
                 let word = rng.pick(&[0_u32, 1, 0x7fff_ffff, 0x8000_0000, u32::MAX, 0x0010_0000]);
                 overwrite(bytes, at, &word.to_le_bytes());
             }
-            // A number of any length of a format whose numbers have seven bits a byte.
+            // An integer of any length, in a format with seven bits per byte.
             5 => overwrite(bytes, at, &[0xff; 9][..rng.below(9)]),
             6 => {
                 let piece = piece(bytes, rng);
@@ -39,7 +39,7 @@ pub fn bytes(bytes: &mut Vec<u8>, rng: &mut Rng) {
     }
 }
 
-/// Some of the bytes.
+/// A random part of the bytes.
 fn piece(bytes: &[u8], rng: &mut Rng) -> Vec<u8> {
     let from = rng.below(bytes.len());
     let most = if rng.chance(0.1) { 4096 } else { 32 };
@@ -52,7 +52,7 @@ fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
     bytes[at..at + count].copy_from_slice(&by[..count]);
 }
 
-/// Numbers that break things where they are not expected.
+/// Numbers that often break code that does not expect them.
 const NUMBERS: [&str; 24] = [
     "0",
     "-0",
@@ -80,7 +80,7 @@ const NUMBERS: [&str; 24] = [
     "18446744073709551615",
 ];
 
-/// Damages text in one to three places, with an eye for numbers, names and brackets.
+/// Damages text in one to three places, preferably at numbers, names and brackets.
 pub fn text(bytes: &mut Vec<u8>, rng: &mut Rng) {
     for _ in 0..rng.from_to(1, 3) {
         match rng.below(10) {
@@ -109,7 +109,7 @@ fn number(bytes: &mut Vec<u8>, rng: &mut Rng) {
     bytes.splice(from..to, value.into_bytes());
 }
 
-/// Doubles or deletes a word.
+/// Duplicates or deletes a word.
 fn token(bytes: &mut Vec<u8>, rng: &mut Rng) {
     let all = words(bytes);
     if all.is_empty() {
@@ -126,7 +126,7 @@ fn token(bytes: &mut Vec<u8>, rng: &mut Rng) {
     }
 }
 
-/// Puts one word where another one is.
+/// Overwrites one word with another.
 fn swap_words(bytes: &mut Vec<u8>, rng: &mut Rng) {
     let all = words(bytes);
     if all.is_empty() {
@@ -138,7 +138,7 @@ fn swap_words(bytes: &mut Vec<u8>, rng: &mut Rng) {
     bytes.splice(from..to, word);
 }
 
-/// Doubles, nests or deletes what stands between two brackets.
+/// Duplicates, nests or deletes the text between two brackets.
 fn element(bytes: &mut Vec<u8>, rng: &mut Rng) {
     let opens: Vec<usize> = (0..bytes.len()).filter(|i| b"{[<".contains(&bytes[*i])).collect();
     if opens.is_empty() {
@@ -184,7 +184,7 @@ fn words(bytes: &[u8]) -> Vec<(usize, usize)> {
     runs(bytes, |b| b.is_ascii_alphanumeric() || b"_-.\"".contains(&b), |run| run.len() > 1)
 }
 
-/// Where bytes of a kind stand beside each other: first, and one beyond the last.
+/// Runs of adjacent bytes of a kind: start, and end (exclusive).
 fn runs(
     bytes: &[u8],
     is_part: impl Fn(u8) -> bool,

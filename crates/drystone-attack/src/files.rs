@@ -1,4 +1,5 @@
-//! Files of scenes, damaged: every format that the scene crate reads. What loads is built and stepped.
+//! Damaged scene files in every format that the scene crate reads. A scene that loads is built and
+//! stepped.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,13 +19,13 @@ use crate::run::guarded;
 use crate::seeds;
 use crate::unit::{Places, Unit};
 
-/// What loads is stepped so often.
+/// Number of steps of a scene that loads.
 const STEPS: u32 = 30;
 
-/// What takes longer is left.
+/// Time after which a scene is abandoned.
 const LONGEST: Duration = Duration::from_secs(4);
 
-/// A file that is damaged, and the one that is loaded then: itself, or one that names it.
+/// The file to damage, and the file to load then: the same, or one that names it.
 #[derive(Clone, Debug)]
 struct Seed {
     damaged: PathBuf,
@@ -43,7 +44,7 @@ pub fn attack(seed: u64, places: &Places) -> Unit {
     let ending = damaged.extension().and_then(|e| e.to_str()).unwrap_or("");
     change(&mut bytes, ending, &mut rng);
     let is_own = damaged == loaded;
-    // A file that is named by another one keeps its name; all others get one of their own.
+    // A file that another file names keeps its name; all others get a new name.
     let place =
         if is_own { damaged.with_file_name(format!("damaged.{ending}")) } else { damaged.clone() };
     if std::fs::write(&place, &bytes).is_err() {
@@ -83,7 +84,8 @@ fn seeds_in(places: &Places) -> Option<&'static [Seed]> {
 
 fn collect(places: &Places) -> io::Result<Vec<Seed>> {
     let data = places.scratch.join("data");
-    // An earlier worker may have left files there. They would be in the list too, and a seed would mean another file.
+    // Removes files of an earlier worker. They would be in the list too, and a seed would select
+    // another file.
     let _ = std::fs::remove_dir_all(&data);
     copy(&places.root.join("crates/drystone-scene/tests/data"), &data)?;
     let robot = places.root.join("crates/drystone-validate/data/anymal.urdf");
@@ -103,7 +105,7 @@ fn collect(places: &Places) -> io::Result<Vec<Seed>> {
         if !["gltf", "glb", "urdf", "xml", "json", "obj"].contains(&ending) {
             continue;
         }
-        // As a binary file too: the same JSON, with a header and lengths.
+        // Adds a binary file with the same JSON, a header and lengths.
         if ending == "gltf" {
             let glb = file.with_extension("glb");
             std::fs::write(&glb, seeds::binary(&std::fs::read(&file)?))?;
@@ -124,12 +126,13 @@ fn collect(places: &Places) -> io::Result<Vec<Seed>> {
         all.push(Seed { damaged: meshes.join(mesh), loaded: fixtures.join(fixture) });
     }
     all.retain(|seed| seed.damaged.is_file() && seed.loaded.is_file());
-    // The order of a folder is the system's.
+    // The order of a folder's entries depends on the system.
     all.sort_by(|a, b| (&a.damaged, &a.loaded).cmp(&(&b.damaged, &b.loaded)));
     Ok(all)
 }
 
-/// Scenes of the own format that people wrote, and those of the catalog as they are written, some of each kind.
+/// Handwritten scenes in drystone's format, and generated files of catalog scenes, some of each
+/// kind.
 fn examples(root: &Path, data: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = data.join("scenes");
     std::fs::create_dir_all(&folder)?;
@@ -150,7 +153,7 @@ fn examples(root: &Path, data: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Scenes of the catalog in small, one for each kind of thing that the own format can say.
+/// Small scenes of the catalog, one for each feature of drystone's format.
 const WRITTEN: [&str; 10] = [
     "hello",
     "rope:links=10",
@@ -192,7 +195,7 @@ fn list(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// Damages a file of this ending, some of them so that what is inside is reached.
+/// Damages a file with this extension, sometimes so that its inner data stays reachable.
 fn change(bytes: &mut Vec<u8>, ending: &str, rng: &mut Rng) {
     match ending {
         "gltf" if rng.chance(0.4) => payload(bytes, rng),
@@ -215,7 +218,7 @@ fn change(bytes: &mut Vec<u8>, ending: &str, rng: &mut Rng) {
     }
 }
 
-/// Damages what a data URI of a file holds.
+/// Damages the content of a data URI in a file.
 fn payload(bytes: &mut Vec<u8>, rng: &mut Rng) {
     const MARK: &str = ";base64,";
     let Ok(text) = String::from_utf8(bytes.clone()) else { return };
@@ -235,7 +238,7 @@ fn payload(bytes: &mut Vec<u8>, rng: &mut Rng) {
     *bytes = [&text[..from], &coded, &text[end..]].concat().into_bytes();
 }
 
-/// Loads a file as the command does, builds it and steps it; `None` if it was refused.
+/// Loads a file like the command, builds it and steps it; `None` if it was refused.
 fn scene_steps(path: &Path, reading: usize, findings: &mut Findings) -> Option<u32> {
     let scene = load(path, reading).ok()?;
     let start = Instant::now();
@@ -257,9 +260,11 @@ fn scene_steps(path: &Path, reading: usize, findings: &mut Findings) -> Option<u
     Some(STEPS)
 }
 
-/// What is written in the own format reads back to the same bits, whatever it was read from.
+/// Checks that a scene written in drystone's format reads back to the same bits, whatever its
+/// origin.
 fn goes_round(scene: &Scene, running: &Running, findings: &mut Findings) {
-    // Names may be there twice in a damaged file of another format; larger ones take their time in the tests.
+    // A damaged file of another format may have duplicate names. Tests cover larger scenes, which
+    // are slow.
     if scene.bodies.len() > 200 {
         return;
     }

@@ -1,64 +1,64 @@
-//! What was found, in a form that can be told apart, counted and looked for again.
+//! Findings, in a form that can be compared, counted and searched for again.
 
-/// What kind of thing broke.
+/// Kind of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A panic.
     Panic,
-    /// Nothing was heard for longer than the limit.
+    /// No sign of life for longer than the limit.
     Hang,
     /// The process died by a signal or ended early.
     Crash,
-    /// A public getter gave infinity or NaN.
+    /// A public getter returned infinity or NaN.
     BadNumber,
-    /// Two queries whose answers follow from each other gave other ones.
+    /// Two queries whose answers follow from each other disagree.
     Disagree,
-    /// Two runs that must be the same were not.
+    /// Two runs that must be equal differ.
     HashDiffers,
-    /// A world refused its own snapshot, or became another one by it.
+    /// A world refused its own snapshot, or restored to another state.
     SnapshotRefused,
-    /// An event that ends has no beginning, or the other way round.
+    /// An end event has no begin event, or the reverse.
     Unpaired,
-    /// An id of something that is gone names something.
+    /// An id of a removed object names an object.
     Stale,
-    /// An ordinary world had a fault; only if asked for.
+    /// An ordinary world had a fault; reported only on request.
     Fault,
-    /// A body of an ordinary world became faster than anything could make it; only if asked for.
+    /// A body of an ordinary world exceeded any plausible speed; reported only on request.
     Wild,
-    /// Memory grew over a run in which as much went as came.
+    /// Memory grew over a run that removed as many objects as it added.
     Growth,
-    /// The command ended with a status, or wrote something, that it must not.
+    /// The command exited with a wrong status, or wrote wrong output.
     Command,
-    /// Energy comes from nothing.
+    /// Energy increases without a source.
     Energy,
-    /// Momentum comes from nothing.
+    /// Momentum changes without a source.
     Momentum,
-    /// A body passes through another, or is deep in it.
+    /// A body passes through another, or is deep inside it.
     Through,
-    /// What rests overlaps by more than one does not see.
+    /// Bodies at rest overlap visibly.
     Overlap,
-    /// A joint stays open.
+    /// A joint stays separated.
     Gap,
-    /// A body rests where it is in no equilibrium.
+    /// A body rests without being in equilibrium.
     Balance,
-    /// What must come to rest does not.
+    /// Bodies that must come to rest do not.
     Restless,
-    /// What is driven or carried stands.
+    /// A driven or carried body does not move.
     Stalled,
-    /// A stack does not stand.
+    /// A stack falls.
     Fallen,
-    /// What slides without friction does not go straight on.
+    /// A body that slides without friction leaves its straight path.
     Glide,
-    /// What has no restitution bounces.
+    /// A body without restitution bounces.
     Bounce,
-    /// A landing or a passage has no event.
+    /// A landing or a sensor crossing has no event.
     Missed,
     /// A world and its twin differ.
     Twin,
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 26] = [
         Self::Panic,
         Self::Hang,
@@ -88,7 +88,7 @@ impl Kind {
         Self::Twin,
     ];
 
-    /// Those that only the hunt finds.
+    /// The kinds that only the hunt finds.
     pub const PHYSICS: [Self; 13] = [
         Self::Energy,
         Self::Momentum,
@@ -145,27 +145,28 @@ impl Kind {
     }
 }
 
-/// Something that broke.
+/// A failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// What kind of thing.
+    /// Its kind.
     pub kind: Kind,
-    /// What it was, without numbers of this case: the same for all cases of one cause, as far as that can be told.
+    /// Description without numbers of this case, the same for all cases of one cause as far as
+    /// possible.
     pub what: String,
-    /// What it was in this case.
+    /// Details of this case.
     pub detail: String,
-    /// The step in which it was noticed.
+    /// The step in which it was detected.
     pub step: u32,
 }
 
 impl Finding {
-    /// Whether both are most likely of the same cause.
+    /// Whether both probably have the same cause.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
         self.kind == other.kind && self.what == other.what
     }
 
-    /// As a line of a worker's report.
+    /// Formats the finding as a line of a worker's report.
     #[must_use]
     pub fn to_line(&self) -> String {
         let flat = |text: &str| text.replace(['\t', '\n', '\r'], " ");
@@ -173,7 +174,7 @@ impl Finding {
         format!("{kind}\t{what}\t{detail}\t{}", self.step)
     }
 
-    /// From such a line.
+    /// Parses such a line.
     #[must_use]
     pub fn from_line(line: &str) -> Option<Self> {
         let mut parts = line.split('\t');
@@ -183,18 +184,18 @@ impl Finding {
     }
 }
 
-/// Findings of one unit of work, one of each cause.
+/// Findings of one unit of work, one for each cause.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
-    /// Those found so far.
+    /// Findings so far.
     pub all: Vec<Finding>,
 }
 
-/// More of one unit are not kept: they follow from the first ones.
+/// Maximum number of findings kept from one unit; later ones follow from the first.
 const MOST: usize = 8;
 
 impl Findings {
-    /// Adds one, unless there is one like it.
+    /// Adds a finding, unless a similar one exists.
     pub fn add(
         &mut self,
         kind: Kind,
@@ -208,7 +209,7 @@ impl Findings {
         }
     }
 
-    /// Whether there is one like this.
+    /// Whether a similar finding exists.
     #[must_use]
     pub fn have(&self, like: &Finding) -> bool {
         self.all.iter().any(|f| f.is_like(like))

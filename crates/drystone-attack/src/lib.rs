@@ -1,5 +1,6 @@
-//! A search for what breaks drystone: worlds, programs of calls, files, snapshots and command lines, each made from a
-//! seed, run, and held against what must be true of any of them. `docs/attack.md` of the repository says how it is used.
+//! A search for failures of drystone. It makes worlds, programs of calls, files, snapshots and
+//! command lines from seeds, runs them, and checks properties that always hold. `docs/attack.md` of
+//! the repository describes its use.
 
 pub mod apply;
 mod ask;

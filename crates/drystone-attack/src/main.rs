@@ -33,11 +33,11 @@ SEED is one that a finding names, such as worlds:17, or throws:17 of the hunt.
   --root PATH     the repository
   --out PATH      where findings are written; target/attack if not given";
 
-/// What is written on the command line.
+/// Arguments of the command line.
 #[derive(Debug)]
 struct Arguments {
     words: Vec<String>,
-    /// Whether each operation is written before it is done.
+    /// Whether each operation is printed before it is applied.
     is_traced: bool,
     options: Options,
 }
@@ -130,7 +130,7 @@ fn absolute(path: &str) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path))
 }
 
-/// Does what is asked; false if something broke.
+/// Runs the command; returns false if something broke.
 fn act(arguments: &Arguments) -> Result<bool, String> {
     let words: Vec<&str> = arguments.words.iter().map(String::as_str).collect();
     let options = &arguments.options;
@@ -170,7 +170,7 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
             let (Subject::Worlds, seed) = parse_seed(seed)? else {
                 return Err("only worlds can be shrunk".to_owned());
             };
-            // First in a process of its own: it may hang, or die.
+            // Tries a separate process first, because the program may hang or crash.
             if let Some((small, finding)) = probe::minimize(seed, options.time) {
                 return written(&source::test(&small, seed, Some(&finding)), seed, 0, options);
             }
@@ -190,7 +190,7 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
     }
 }
 
-/// `worlds:17`, or 17 alone.
+/// Parses `worlds:17`, or 17 alone.
 fn parse_seed(text: &str) -> Result<(Subject, u64), String> {
     let (subject, seed) = text.split_once(':').unwrap_or(("worlds", text));
     let subject = Subject::named(subject).ok_or_else(|| format!("{subject}: no such subject"))?;
@@ -228,7 +228,7 @@ fn repeat(subject: Subject, seed: u64, options: &Options) -> Result<Vec<Finding>
     Ok(unit.findings.all)
 }
 
-/// Shrinks a program for each of its findings and writes a test of each.
+/// Shrinks a program for each of its findings, and writes a test for each.
 fn shrink(seed: u64, options: &Options) -> Result<bool, String> {
     let findings = minimize::findings_of(seed, options.places.strict);
     if findings.is_empty() {
@@ -242,7 +242,7 @@ fn shrink(seed: u64, options: &Options) -> Result<bool, String> {
     Ok(false)
 }
 
-/// The same of a world of the hunt: of each kind of finding the first.
+/// As `shrink`, for a world of the hunt and the first finding of each kind.
 fn shrink_scene(scene: Scene, seed: u64, options: &Options) -> Result<bool, String> {
     let mut findings = hunt::findings_of(scene, seed);
     if findings.is_empty() {
@@ -257,7 +257,7 @@ fn shrink_scene(scene: Scene, seed: u64, options: &Options) -> Result<bool, Stri
     Ok(false)
 }
 
-/// Writes a test beside the findings, and says it.
+/// Writes a test beside the findings, and prints its path.
 fn written(text: &str, seed: u64, number: usize, options: &Options) -> Result<bool, String> {
     std::fs::create_dir_all(&options.out).map_err(|e| e.to_string())?;
     let path = options.out.join(format!("test-{seed}-{number}.rs"));

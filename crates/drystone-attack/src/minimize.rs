@@ -1,4 +1,4 @@
-//! Makes a program that breaks something smaller, while it still breaks the same thing.
+//! Shrinks a failing program while it still fails in the same way.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use crate::op::{Form, Op, Program};
 use crate::run::{Conditions, Run, run};
 use crate::variants;
 
-/// What the program of a seed breaks, all conditions included.
+/// Findings in the program of a seed, under all conditions.
 #[must_use]
 pub fn findings_of(seed: u64, strict: bool) -> Vec<Finding> {
     let program = generate::program(seed);
@@ -24,14 +24,14 @@ pub fn findings_of(seed: u64, strict: bool) -> Vec<Finding> {
     findings.all
 }
 
-/// The smallest program found within a time that breaks what the program of a seed breaks.
+/// The smallest program found within a time that fails like the program of a seed.
 #[must_use]
 pub fn minimize(seed: u64, like: &Finding, strict: bool, time: Duration) -> Program {
     let conditions = Conditions { strict, ..Conditions::BASE };
     minimize_program(generate::program(seed), like, &conditions, time)
 }
 
-/// The same of any program, under these conditions.
+/// As `minimize`, for any program under these conditions.
 #[must_use]
 pub fn minimize_program(
     program: Program,
@@ -52,7 +52,7 @@ pub fn minimize_program(
     })
 }
 
-/// The same of any program, by what a judge finds in it.
+/// As `minimize`, for any program and any judge that returns its findings.
 #[must_use]
 pub fn minimize_by(
     program: Program,
@@ -80,7 +80,7 @@ pub fn minimize_by(
     search.best
 }
 
-/// A search for a smaller program.
+/// The state of a search for a smaller program.
 struct Search<'a> {
     best: Program,
     like: Finding,
@@ -97,18 +97,19 @@ impl Search<'_> {
         (self.judge)(program)
     }
 
-    /// True if the finding counts in ordinary worlds only. Plainer parts and rounder numbers would make the world another kind: its
-    /// joints would not be put together, its steps would take a second.
+    /// True if the finding counts in ordinary worlds only. Simpler parts and rounder numbers could
+    /// make such a world extraordinary: its joints would start open, or its steps would take a
+    /// second.
     const fn is_of_ordinary(&self) -> bool {
         matches!(self.like.kind, Kind::Fault | Kind::Wild)
     }
 
-    /// Whether a program breaks the same.
+    /// Whether a program fails in the same way.
     fn breaks(&self, program: &Program) -> bool {
         self.run(program).findings.have(&self.like)
     }
 
-    /// Takes a program over if it breaks the same.
+    /// Adopts a program if it fails in the same way.
     fn take(&mut self, program: Program) -> bool {
         let is_good = !self.is_over() && self.breaks(&program);
         if is_good {
@@ -117,7 +118,7 @@ impl Search<'_> {
         is_good
     }
 
-    /// Without what was refused, or had nothing to act on.
+    /// Removes operations that were refused, or had nothing to act on.
     fn drop_undone(&mut self) {
         let done = self.run(&self.best).done;
         let mut next = self.best.clone();
@@ -127,12 +128,12 @@ impl Search<'_> {
             done.get(number - 1).copied().unwrap_or(false)
         });
         if next.ops.len() < self.best.ops.len() {
-            // What panics is not done, and must stay.
+            // An operation that panics does not count as done, but must stay.
             self.take(next);
         }
     }
 
-    /// Without what comes after the finding.
+    /// Removes operations after the finding.
     fn cut_end(&mut self) {
         let found = self.run(&self.best).findings;
         let Some(last) = found.all.iter().find(|f| f.is_like(&self.like)).map(|f| f.step) else {
@@ -160,7 +161,7 @@ impl Search<'_> {
         self.take(next);
     }
 
-    /// Without operations that it does not need: halves first, single ones last.
+    /// Removes unnecessary operations: halves first, single ones last.
     fn drop_ops(&mut self) {
         let mut size = self.best.ops.len() / 2;
         while size > 0 {
@@ -177,7 +178,7 @@ impl Search<'_> {
         }
     }
 
-    /// With fewer steps, and one length of all steps.
+    /// Reduces the number of steps, and makes all steps equally long.
     fn fewer_steps(&mut self) {
         for i in 0..self.best.ops.len() {
             while let Some(Op::Step(dt, count)) = self.best.ops.get(i) {
@@ -202,7 +203,7 @@ impl Search<'_> {
         self.join_steps();
     }
 
-    /// Steps of one length that follow each other are one operation.
+    /// Merges consecutive steps of equal length into one operation.
     fn join_steps(&mut self) {
         let mut next = Program { ops: Vec::new(), ..self.best.clone() };
         for op in &self.best.ops {
@@ -218,7 +219,7 @@ impl Search<'_> {
         self.take(next);
     }
 
-    /// Each thing as plain as it can be.
+    /// Makes each object as simple as possible.
     fn fewer_parts(&mut self) {
         let mut next = self.best.clone();
         next.config = WorldConfig::default();
@@ -259,7 +260,7 @@ impl Search<'_> {
         }
     }
 
-    /// Fewer points of hulls, fewer triangles of meshes.
+    /// Removes points of hulls and triangles of meshes.
     fn fewer_points(&mut self, i: usize) {
         let Some(Op::AddBody(plan)) = self.best.ops.get(i) else { return };
         for k in 0..plan.shapes.len() {
@@ -278,7 +279,7 @@ impl Search<'_> {
         }
     }
 
-    /// Each number as short as it can be.
+    /// Makes each number as short as possible.
     fn simpler_numbers(&mut self) {
         for i in 0..self.best.ops.len() {
             let mut count = 0;
@@ -288,7 +289,7 @@ impl Search<'_> {
                     return;
                 }
                 let value = nth(&self.best.ops[i], number);
-                // Most fields that are short already are as they are by default.
+                // Most fields with short values have their default value.
                 if rounded(value, 2).to_bits() == value.to_bits() {
                     continue;
                 }
@@ -330,7 +331,7 @@ fn set_nth(op: &mut Op, number: usize, value: f32) {
     });
 }
 
-/// With so many digits.
+/// Rounds to this number of digits.
 fn rounded(value: f32, digits: usize) -> f32 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
@@ -349,7 +350,7 @@ fn plain_config(config: &mut WorldConfig, part: usize) {
     }
 }
 
-/// A hull without one of its points, or a mesh without one of its triangles; false if there is none such.
+/// Removes one point of a hull or one triangle of a mesh; returns false if impossible.
 fn without_part(form: &mut Form, at: usize) -> bool {
     match form {
         Form::Hull(points) if at < points.len() && points.len() > 4 => {
@@ -374,10 +375,10 @@ fn without_part(form: &mut Form, at: usize) -> bool {
     }
 }
 
-/// Ways in which an operation can be made plainer.
+/// Number of simplifications of an operation.
 const WAYS: usize = 14;
 
-/// Makes an operation plainer in one way; false if it is so already.
+/// Applies one simplification to an operation; returns false if it changes nothing.
 fn plain_op(op: &mut Op, way: usize) -> bool {
     let before = format!("{op:?}");
     match op {
@@ -460,7 +461,7 @@ mod tests {
     use crate::run::{Conditions, run};
     use crate::source;
 
-    /// Says that a world with a sphere that fell for a while is broken.
+    /// A judge that fails every world with a sphere that fell for a while.
     fn has_a_deep_sphere(world: &World) -> bool {
         world.bodies().any(|b| {
             let is_sphere = |id| world.shape(id).is_some_and(|s| s.shape().kind() == "sphere");

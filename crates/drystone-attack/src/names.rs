@@ -1,8 +1,8 @@
-//! Names that the source of a test needs.
+//! Imports for the source of a test.
 
 use std::collections::BTreeSet;
 
-/// What the source needs.
+/// The imports that the source needs.
 pub(crate) fn imports(text: &str) -> String {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let words: BTreeSet<&str> = text.split(|c| !is_part(c)).collect();
@@ -26,7 +26,7 @@ pub(crate) fn imports(text: &str) -> String {
     lines
 }
 
-/// Public names that a test may need, by module; at the root last.
+/// Public names that a test may need, by module; the root is last.
 const NAMES: [(&str, &[&str]); 12] = [
     ("breakage", &["BondStrength", "Fatigue", "Fracture", "Glue", "JointStrength"]),
     ("contact", &["Combine"]),

@@ -1,4 +1,4 @@
-//! Every number of a program, one after the other: to put extremes in their place, and to make them simpler.
+//! Visits every number of a program, to replace it by an extreme or a simpler one.
 
 use drystone::breakage::{BondStrength, Fracture, JointStrength};
 use drystone::contact::SurfaceRule;
@@ -14,10 +14,10 @@ use crate::op::{
     BodyCall, Form, JointCall, Op, ParticleCall, Place, QueryCall, ShapeCall, ShapePlan,
 };
 
-/// What is shown each number.
+/// A visitor of numbers.
 pub type Visit<'a> = &'a mut dyn FnMut(&mut f32);
 
-/// Shows all numbers of an operation.
+/// Visits all numbers of an operation.
 pub fn of_op(op: &mut Op, f: Visit<'_>) {
     match op {
         Op::AddBody(plan) => {
@@ -120,7 +120,7 @@ fn surface_rule(rule: &mut SurfaceRule, f: Visit<'_>) {
     }
 }
 
-/// Shows all numbers of a configuration.
+/// Visits all numbers of a configuration.
 pub fn of_config(config: &mut WorldConfig, f: Visit<'_>) {
     vector(&mut config.gravity, f);
     let (c, i, j) = (&mut config.contact, &mut config.inertia, &mut config.joint);

@@ -1,7 +1,9 @@
-//! What a program does with a world, as data: it can be made from a seed, run, shrunk and written as source.
+//! Operations on a world, as data: they can be generated from a seed, run, shrunk and written as
+//! source.
 //!
-//! Things are named by labels, not by ids: a label stays the same when other operations of the program are left
-//! out. An operation on something that was refused, or that no operation made, does nothing.
+//! Objects are named by labels, not by ids: a label stays the same when other operations of the
+//! program are removed. An operation on an object that was refused, or that no operation made, does
+//! nothing.
 
 use drystone::breakage::{BondStrength, Fracture, JointStrength};
 use drystone::contact::SurfaceRule;
@@ -15,16 +17,16 @@ use drystone::{
     ShapeDef, Vec3, WorldConfig,
 };
 
-/// What a thing is called within a program.
+/// Name of an object within a program.
 pub type Label = u32;
 
-/// Pieces of bodies that broke are called by their number in the order in which they came, from here on.
+/// First label of pieces of broken bodies, which are numbered in order of appearance.
 pub const PIECES: Label = 1_000_000;
 
-/// What a shape is made from.
+/// Geometry of a shape.
 #[derive(Clone, Debug)]
 pub enum Form {
-    /// A shape that is numbers only.
+    /// A shape that consists of numbers only.
     Plain(Shape),
     /// The hull of these points.
     Hull(Vec<Vec3>),
@@ -32,64 +34,64 @@ pub enum Form {
     Mesh(Vec<Vec3>, Vec<[u32; 3]>),
 }
 
-/// A shape to be made.
+/// Definition of a shape.
 #[derive(Clone, Debug)]
 pub struct ShapePlan {
-    /// What the shape is called.
+    /// Label of the shape.
     pub label: Label,
-    /// What it is made from.
+    /// Geometry of the shape.
     pub form: Form,
-    /// All else; its own shape is not read.
+    /// All other fields; its own shape is ignored.
     pub def: ShapeDef,
 }
 
-/// A body to be made.
+/// Definition of a body.
 #[derive(Clone, Debug)]
 pub struct BodyPlan {
-    /// What the body is called.
+    /// Label of the body.
     pub label: Label,
-    /// All but its shapes.
+    /// All fields except the shapes.
     pub def: BodyDef,
     /// Its shapes.
     pub shapes: Vec<ShapePlan>,
-    /// Glue on all faces that shapes share, no farther apart than this [m], of this strength.
+    /// Glue on all shared faces of shapes: maximum gap [m] and strength.
     pub glue: Option<(f32, BondStrength)>,
 }
 
-/// Where a joint is.
+/// Position of a joint.
 #[derive(Clone, Copy, Debug)]
 pub enum Place {
     /// At an anchor of each body [m, frame of the body].
     Anchors(Vec3, Vec3),
-    /// At a point of the world, along an axis there [m, world]; joints of six axes only.
+    /// At a point of the world, along an axis there [m, world]; for six-axis joints only.
     Along(Vec3, Vec3),
 }
 
-/// A joint to be made.
+/// Definition of a joint.
 #[derive(Clone, Debug)]
 pub struct JointPlan {
-    /// What the joint is called.
+    /// Label of the joint.
     pub label: Label,
     /// Its bodies.
     pub bodies: [Label; 2],
-    /// Where it is.
+    /// Its position.
     pub place: Place,
-    /// What it does.
+    /// Its kind.
     pub kind: JointKind,
     /// Whether its bodies collide.
     pub collide_connected: bool,
-    /// What it bears.
+    /// Its breaking strength.
     pub strength: Option<JointStrength>,
-    /// Whether its tree is solved at once.
+    /// Whether its tree is solved directly.
     pub articulated: bool,
-    /// Whether it acts from the start.
+    /// Whether it is enabled from the start.
     pub enabled: bool,
 }
 
-/// A coupling to be made.
+/// Definition of a coupling.
 #[derive(Clone, Copy, Debug)]
 pub struct CouplingPlan {
-    /// What the coupling is called.
+    /// Label of the coupling.
     pub label: Label,
     /// The joints.
     pub joints: [Label; 2],
@@ -101,14 +103,14 @@ pub struct CouplingPlan {
     pub offset: f32,
 }
 
-/// A link to be made.
+/// Definition of a link.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkPlan {
-    /// What the link is called.
+    /// Label of the link.
     pub label: Label,
     /// Its particles.
     pub ends: [Label; 2],
-    /// What it does.
+    /// Its kind.
     pub kind: LinkKind,
     /// Its length.
     pub length: Option<f32>,
@@ -257,15 +259,15 @@ pub enum QueryCall {
     OverlapPoint(Vec3, Filter),
     /// `overlap_shape`.
     OverlapShape(Form, Pose, Filter),
-    /// `cast_shape`, with a way and a turn.
+    /// `cast_shape`, with a displacement and a rotation.
     CastShape(Form, Pose, [Vec3; 2], Filter),
     /// `nearest_shape`.
     Nearest(Form, Pose, f32, Filter),
-    /// Two shapes without a world: `Shape::closest_points` within a reach.
+    /// Two shapes without a world: `Shape::closest_points` within a distance.
     Pair(Box<[(Form, Pose); 2]>, f32),
 }
 
-/// One thing that a program does.
+/// One operation of a program.
 #[derive(Clone, Debug)]
 pub enum Op {
     /// `add_body`.
@@ -294,7 +296,7 @@ pub enum Op {
     AddParticle(Label, Box<ParticleDef>),
     /// `add_rope`; labels of its first particle and first link, the others follow.
     AddRope(Label, Label, Box<RopeDef>),
-    /// `add_cloth`; labels as those of a rope.
+    /// `add_cloth`; labels as for a rope.
     AddCloth(Label, Label, Box<ClothDef>),
     /// `add_cloud`; label of its first particle.
     AddCloud(Label, Vec<Vec3>, Box<ParticleDef>),
@@ -336,29 +338,29 @@ pub enum Op {
     BeginLedger,
     /// `end_ledger`.
     EndLedger,
-    /// A question.
+    /// A query.
     Query(QueryCall),
     /// [`drystone::impact::impact`].
     Impact(Box<[ImpactBody; 2]>, ImpactSurface),
-    /// Steps of this length [s], so many.
+    /// Steps of this length [s], and their number.
     Step(f32, u32),
 }
 
-/// What kind of numbers a program is made of.
+/// Style of the numbers in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Style {
-    /// 0.1 to 10 m, sensible masses, joints put together where they are met.
+    /// 0.1 to 10 m, plausible masses, initially closed joints.
     Ordinary,
     /// Sizes of 0.01 to 100 m in one world.
     Wide,
-    /// An ordinary world some of whose numbers are at the bounds of their fields or beyond.
+    /// An ordinary world with some numbers at the bounds of their fields or beyond.
     Edge,
-    /// Overlaps, joints that cannot be met, extreme ratios of mass.
+    /// Overlaps, unsatisfiable joints, extreme mass ratios.
     Torture,
 }
 
 impl Style {
-    /// All of them.
+    /// All styles.
     pub const ALL: [Self; 4] = [Self::Ordinary, Self::Wide, Self::Edge, Self::Torture];
 
     /// Its name.
@@ -373,19 +375,19 @@ impl Style {
     }
 }
 
-/// A world and what is done with it.
+/// A world and the operations on it.
 #[derive(Clone, Debug)]
 pub struct Program {
-    /// What kind of numbers it is made of.
+    /// Style of its numbers.
     pub style: Style,
-    /// How the world is configured at first.
+    /// Initial configuration.
     pub config: WorldConfig,
-    /// What is done, in order.
+    /// Operations, in order.
     pub ops: Vec<Op>,
 }
 
 impl Program {
-    /// Steps that it asks for.
+    /// Total number of steps.
     #[must_use]
     pub fn steps(&self) -> u32 {
         let steps = |op: &Op| if let Op::Step(_, count) = op { *count } else { 0 };

@@ -1,4 +1,4 @@
-//! What must hold of any world, whatever was done with it.
+//! Properties that must hold for any world after any operations.
 
 use std::collections::BTreeSet;
 
@@ -9,12 +9,12 @@ use drystone::{BodyId, BodyRef, JointId, JointRef, Quat, Shape, ShapeId, Vec3, W
 
 use crate::finding::{Findings, Kind};
 
-/// Looks at numbers that a user can get.
+/// Checks numbers that a user can get.
 #[derive(Debug)]
 struct Numbers<'a> {
     findings: &'a mut Findings,
     step: u32,
-    /// What the numbers are of, after their names.
+    /// Owner of the numbers, appended to their names.
     whose: &'static str,
 }
 
@@ -55,7 +55,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// All numbers of something by the names of its fields, as `Debug` writes them.
+    /// Checks all numbers of a value by the names of its fields, as `Debug` prints them.
     fn fields(&mut self, of: &str, text: &str) {
         if let Some(path) = bad_field(text) {
             let what = format!("{of}.{path}{}", self.whose);
@@ -65,7 +65,7 @@ impl Numbers<'_> {
     }
 }
 
-/// The path of the first field in a text of `Debug` that is infinite or NaN.
+/// The path of the first field in a `Debug` text that is infinite or NaN.
 fn bad_field(text: &str) -> Option<String> {
     let mut path: Vec<&str> = Vec::new();
     let mut field = "";
@@ -89,7 +89,7 @@ fn bad_field(text: &str) -> Option<String> {
     None
 }
 
-/// What a few instructions tell after each step.
+/// Cheap checks after each step.
 pub fn quick(world: &World, findings: &mut Findings, step: u32) {
     for body in world.bodies() {
         let whose = if body.is_faulted() { " of a faulted body" } else { "" };
@@ -112,7 +112,7 @@ pub fn fastest(world: &World) -> f32 {
     world.bodies().map(|b| b.linear_velocity().length()).fold(0.0, f32::max)
 }
 
-/// Every number that a user can get.
+/// Checks every number that a user can get.
 pub fn full(world: &World, findings: &mut Findings, step: u32) {
     quick(world, findings, step);
     for body in world.bodies() {
@@ -153,7 +153,7 @@ pub fn full(world: &World, findings: &mut Findings, step: u32) {
     n.one("PenaltyLimit::longest_substep", limit.longest_substep);
     let mut audit = world.audit();
     if let Some(cone) = audit.cone.as_mut().filter(|cone| cone.ratio.is_infinite()) {
-        // So it is documented: friction without normal impulse.
+        // Infinity is documented here: friction without normal impulse.
         cone.ratio = 1.0;
     }
     n.fields("Audit", &format!("{audit:?}"));
@@ -217,7 +217,7 @@ fn joint_numbers(joint: &JointRef<'_>, findings: &mut Findings, step: u32) {
     }
 }
 
-/// Pairs of shapes that touch, by the events.
+/// Pairs of touching shapes, according to the events.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {
     touching: BTreeSet<(ShapeId, ShapeId)>,
@@ -225,7 +225,7 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// Takes over the events of a step.
+    /// Applies the events of a step.
     pub fn follow(&mut self, world: &World, findings: &mut Findings, step: u32) {
         let events: &Events = world.events();
         let pair = |a: ShapeId, b: ShapeId| (a.min(b), a.max(b));
@@ -238,7 +238,7 @@ impl Pairs {
         let gone =
             |(a, b): &&(ShapeId, ShapeId)| world.shape(*a).is_none() || world.shape(*b).is_none();
         for (name, set) in [("contact", &self.touching), ("sensor", &self.inside)] {
-            // A body that broke in this step tells of its contacts in the next.
+            // A body that broke in this step reports its contacts in the next step.
             let broke = !events.fractures.is_empty();
             if let Some(pair) = set.iter().find(gone).filter(|_| !broke) {
                 let what = format!("{name} of a shape that is gone did not end");
@@ -248,7 +248,7 @@ impl Pairs {
     }
 }
 
-/// A pair that ended may begin anew in the same step, and the other way round.
+/// Applies ends and begins. A pair that ended may begin again in the same step, and the reverse.
 fn change(
     set: &mut BTreeSet<(ShapeId, ShapeId)>,
     ends: impl Iterator<Item = (ShapeId, ShapeId)>,
@@ -277,7 +277,7 @@ fn change(
     }
 }
 
-/// Ids of what was removed.
+/// Ids of removed objects.
 #[derive(Clone, Debug, Default)]
 pub struct Gone {
     /// Bodies.
@@ -293,7 +293,7 @@ pub struct Gone {
 }
 
 impl Gone {
-    /// None of them may name anything.
+    /// Checks that none of them names an object.
     pub fn check(&self, world: &World, findings: &mut Findings, step: u32) {
         let mut stale = |what: &str, found: bool| {
             if found {
@@ -308,7 +308,7 @@ impl Gone {
     }
 }
 
-/// A world must take its own snapshot, and be the same after it.
+/// Checks that a world accepts its own snapshot and stays the same.
 pub fn own_snapshot(world: &World, findings: &mut Findings, step: u32) {
     let bytes = world.snapshot();
     match World::restore(&bytes) {

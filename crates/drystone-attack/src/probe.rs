@@ -1,4 +1,4 @@
-//! Parts of a program in a process of their own: programs that hang or kill the process are shrunk so.
+//! Parts of a program in a separate process, used to shrink programs that hang or kill the process.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -9,11 +9,11 @@ use crate::op::{Op, Program};
 use crate::run::{Conditions, run};
 use crate::variants;
 
-/// What takes longer than this hangs; programs are small by then.
+/// Time after which a part counts as hanging; programs are small by then.
 const LIMIT: Duration = Duration::from_secs(8);
 
-/// The program of a seed, of whose operations only some are left. `keep` names them by number, steps with how many of
-/// them: `0,3,7x12`.
+/// The program of a seed, reduced to some of its operations. `keep` lists them by number, and steps
+/// with a count: `0,3,7x12`.
 #[must_use]
 pub fn part(seed: u64, keep: &str) -> Program {
     let program = generate::program(seed);
@@ -34,7 +34,7 @@ pub fn part(seed: u64, keep: &str) -> Program {
     Program { ops, ..program }
 }
 
-/// Runs a part of a program, and the same under other conditions; for the process of its own.
+/// Runs a part of a program, also under other conditions; called in the separate process.
 pub fn probe(seed: u64, keep: &str, trace: Option<fn(&str)>) {
     let program = part(seed, keep);
     let base = run(&program, &Conditions { trace, ..Conditions::BASE });
@@ -42,7 +42,7 @@ pub fn probe(seed: u64, keep: &str, trace: Option<fn(&str)>) {
     let _ = variants::compare(&program, &base, &mut findings);
 }
 
-/// How the process of a part ends, if not well.
+/// How the process of a part fails, if it does.
 fn end_of(seed: u64, keep: &[String]) -> Option<Kind> {
     let program = std::env::current_exe().ok()?;
     let mut command = Command::new(program);
@@ -63,7 +63,8 @@ fn end_of(seed: u64, keep: &[String]) -> Option<Kind> {
     }
 }
 
-/// The smallest part found within a time whose process hangs or dies as that of the whole does; `None` if it ends well.
+/// The smallest part found within a time whose process hangs or crashes like the whole; `None` if
+/// it ends normally.
 #[must_use]
 pub fn minimize(seed: u64, time: Duration) -> Option<(Program, Finding)> {
     let end = Instant::now() + time;

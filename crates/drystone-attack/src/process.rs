@@ -1,6 +1,6 @@
-//! What the system tells of a process: memory and time, so that a busy machine makes nothing hang.
+//! Memory and processor time of a process, so that a busy machine does not look like a hang.
 
-/// Memory that a process has, by its number or `self`, in bytes; 0 where that is not told.
+/// Memory of a process, by its number or `self`, in bytes; 0 if unavailable.
 #[must_use]
 pub fn resident_bytes(process: &str) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{process}/statm")).unwrap_or_default();
@@ -8,15 +8,15 @@ pub fn resident_bytes(process: &str) -> u64 {
     pages.unwrap_or(0) * 4096
 }
 
-/// Time that it worked [s]; 0 where that is not told.
+/// Processor time [s]; 0 if unavailable.
 #[must_use]
 pub fn worked_seconds(process: &str) -> f64 {
     let text = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    // Its name, in brackets, may have spaces in it.
+    // The name, in brackets, may contain spaces.
     let Some((_, rest)) = text.rsplit_once(')') else { return 0.0 };
     let ticks =
         rest.split_whitespace().skip(11).take(2).filter_map(|word| word.parse::<f64>().ok());
-    // A hundredth of a second, wherever /proc is.
+    // Ticks are 1/100 s on every system with /proc.
     ticks.sum::<f64>() / 100.0
 }
 

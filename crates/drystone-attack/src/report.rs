@@ -1,4 +1,4 @@
-//! What a campaign came to: counts by subject, and a file for each finding.
+//! The report of a campaign: counts by subject, and a file for each finding.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -9,13 +9,13 @@ use crate::hunt::Scene;
 use crate::op::Style;
 use crate::unit::{Subject, Unit};
 
-/// Files of findings of one cause; more are counted only.
+/// Maximum number of files with findings of one cause; more are only counted.
 const MOST_FILES: u64 = 10;
 
-/// Seeds that are told of one oracle and one kind of scene.
+/// Maximum number of seeds listed for one oracle and one kind of scene.
 const MOST_SEEDS: usize = 10;
 
-/// Counts of one subject, or of one style of worlds.
+/// Counts for one subject, or for one style of worlds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Row {
     units: u64,
@@ -43,24 +43,25 @@ impl Row {
     }
 }
 
-/// What a campaign came to.
+/// The results of a campaign.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// How long it took [s].
+    /// Duration [s].
     pub seconds: f64,
     out: PathBuf,
     subjects: BTreeMap<Subject, Row>,
     styles: BTreeMap<Style, Row>,
-    /// Causes that are known, as `subject kind what`.
+    /// Known causes, as `subject kind what`.
     known: BTreeSet<String>,
-    /// By subject, kind and cause: how often, and the first seeds.
+    /// Number of findings by subject, kind and cause, and the first seeds.
     causes: BTreeMap<(Subject, Kind, String), (u64, Vec<u64>)>,
-    /// Worlds of each kind of scene that an oracle found something in, and the first seeds.
+    /// Number of worlds of each kind of scene with findings of an oracle, and the first seeds.
     scenes: BTreeMap<(Scene, Kind), (u64, Vec<u64>)>,
 }
 
 impl Report {
-    /// Of a campaign whose findings go into this folder; `known` lists causes that are known, one a line.
+    /// Makes the report of a campaign with findings in this folder; `known` lists known causes, one
+    /// per line.
     #[must_use]
     pub fn new(out: &Path, known: &str) -> Self {
         let lines = known.lines().map(str::trim).filter(|line| !line.starts_with('#'));
@@ -70,26 +71,26 @@ impl Report {
 
     fn is_known(&self, (subject, kind, what): &(Subject, Kind, String)) -> bool {
         if let Subject::Scene(scene) = subject {
-            // Of physics an oracle and a kind of scene are a cause.
+            // For physics, the cause is an oracle and a kind of scene.
             return self.known.contains(&format!("{} {}", kind.name(), scene.name()));
         }
         self.known.contains(&format!("{} {} {what}", subject.name(), kind.name()))
     }
 
-    /// How much of a subject was tried.
+    /// Number of units tried of a subject.
     #[must_use]
     pub fn tried(&self, subject: Subject) -> u64 {
         self.subjects.get(&subject).map_or(0, |row| row.tried)
     }
 
-    /// How many worlds were tried, whatever they were about.
+    /// Number of worlds tried of all kinds.
     #[must_use]
     pub fn worlds(&self) -> u64 {
         let is_world = |s: &Subject| matches!(s, Subject::Worlds | Subject::Scene(_));
         self.subjects.iter().filter(|(s, _)| is_world(s)).map(|(_, row)| row.tried).sum()
     }
 
-    /// Whether something broke that is not known to.
+    /// Whether there are findings that are not known.
     #[must_use]
     pub fn has_findings(&self) -> bool {
         self.causes.keys().any(|cause| !self.is_known(cause))
@@ -108,7 +109,7 @@ impl Report {
         let key = (subject, finding.kind, finding.what.clone());
         if let Subject::Scene(scene) = subject {
             let (worlds, seeds) = self.scenes.entry((scene, finding.kind)).or_default();
-            // All findings of a world come one after the other.
+            // Findings of one world are consecutive.
             if seeds.last() != Some(&seed) {
                 *worlds += 1;
                 seeds.truncate(MOST_SEEDS);
@@ -133,10 +134,10 @@ impl Report {
             finding.detail
         );
         let path = self.out.join(name);
-        // Several findings of one seed share a file.
+        // Findings of one seed share a file.
         let before = std::fs::read_to_string(&path).unwrap_or_default();
         if !before.contains(&text) {
-            // Who cannot write it still sees it in the table.
+            // If writing fails, the finding is still in the table.
             let _ = std::fs::write(&path, before + &text);
         }
     }
@@ -203,7 +204,7 @@ impl Report {
         text
     }
 
-    /// Worlds tried and failed by kind of scene and oracle, and the first seeds of each.
+    /// Tested and failed worlds by kind of scene and oracle, and the first seeds of each.
     fn hunt_table(&self) -> String {
         let mut text = "| scene | worlds | cut | failed ".to_owned();
         let kinds: Vec<Kind> = Kind::ALL
@@ -267,7 +268,7 @@ impl Report {
 }
 
 fn push(text: &mut String, what: core::fmt::Arguments<'_>) {
-    // A string takes all there is.
+    // Writing to a string cannot fail.
     let _ = text.write_fmt(what);
 }
 

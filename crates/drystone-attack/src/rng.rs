@@ -1,42 +1,42 @@
-//! Random numbers that are the same everywhere: everything the attack does follows from a seed of 64 bits.
+//! Random numbers that are the same on every machine: the whole attack follows from a 64-bit seed.
 
 use drystone::{Quat, Vec3, vec3};
 
-/// A generator of random numbers: the one called splitmix64, a counter and a mixer.
+/// The random number generator splitmix64: a counter and a mixer.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// From a seed; close seeds give sequences that have nothing in common.
+    /// Starts from a seed; adjacent seeds give unrelated sequences.
     #[must_use]
     pub const fn new(seed: u64) -> Self {
         Self(mix(seed ^ 0x6a09_e667_f3bc_c908))
     }
 
-    /// Any 64 bits.
+    /// 64 random bits.
     pub const fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         mix(self.0)
     }
 
-    /// A whole number below `n`; 0 if `n` is 0.
+    /// An integer below `n`; 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         let n = n.max(1) as u64;
-        // The high half: of a product of 32 bits each, no number is preferred by more than n / 2^32.
+        // The high half of a product of two 32-bit numbers; its bias is at most n / 2^32.
         usize::try_from(((self.bits() >> 32) * n) >> 32).unwrap_or(0)
     }
 
-    /// The same of 32 bits.
+    /// As `below`, for 32 bits.
     pub fn below_u32(&mut self, n: u32) -> u32 {
         u32::try_from(self.below(n as usize)).unwrap_or(0)
     }
 
-    /// A whole number from `a` to `b`, both included.
+    /// An integer from `a` to `b`, both included.
     pub fn from_to(&mut self, a: usize, b: usize) -> usize {
         a + self.below(b - a + 1)
     }
 
-    /// From 0 to 1, without 1.
+    /// A number from 0 to 1, without 1.
     pub fn unit(&mut self) -> f32 {
         #[expect(clippy::cast_precision_loss, reason = "24 bits are exact")]
         let part = (self.bits() >> 40) as f32;
@@ -48,12 +48,12 @@ impl Rng {
         self.unit() < p
     }
 
-    /// Between two numbers, evenly.
+    /// A uniform number between two numbers.
     pub fn between(&mut self, a: f32, b: f32) -> f32 {
         a + (b - a) * self.unit()
     }
 
-    /// Between two numbers above 0, with each doubling as likely as any other.
+    /// A number between two positive numbers, uniform in the logarithm.
     pub fn scale(&mut self, a: f32, b: f32) -> f32 {
         let mut doublings = 0;
         let mut x = a;
@@ -68,12 +68,12 @@ impl Rng {
         x.min(b)
     }
 
-    /// One of these.
+    /// A random element.
     pub fn pick<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.below(of.len())]
     }
 
-    /// The number of one of these weights, chosen in proportion to them.
+    /// A random index, with probabilities in proportion to these weights.
     pub fn weighted(&mut self, weights: &[f32]) -> usize {
         let mut left = self.unit() * weights.iter().sum::<f32>();
         for (i, weight) in weights.iter().enumerate() {
@@ -85,18 +85,18 @@ impl Rng {
         weights.len() - 1
     }
 
-    /// Each component between -half and half.
+    /// A vector with components between -half and half.
     pub fn vector(&mut self, half: f32) -> Vec3 {
         let mut one = || self.between(-half, half);
         vec3(one(), one(), one())
     }
 
-    /// A unit vector.
+    /// A random unit vector.
     pub fn direction(&mut self) -> Vec3 {
         self.vector(1.0).normalize_or(Vec3::Y)
     }
 
-    /// A rotation; an axis of the world in one of three cases, as most scenes have them.
+    /// A random rotation; in 30 % of cases about an axis of the world, as in most scenes.
     pub fn rotation(&mut self) -> Quat {
         if self.chance(0.3) {
             let axis = self.pick(&[Vec3::X, Vec3::Y, Vec3::Z]);
@@ -108,7 +108,7 @@ impl Rng {
     }
 }
 
-/// The mixer of splitmix64: each bit in moves half of the bits out.
+/// The mixer of splitmix64: each input bit affects half of the output bits.
 #[must_use]
 pub const fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

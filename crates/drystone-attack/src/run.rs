@@ -1,4 +1,4 @@
-//! A program, run from its first operation to its last, with a look at all that must hold.
+//! Runs a program from the first operation to the last, and checks all properties that must hold.
 
 use std::panic::AssertUnwindSafe;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -13,33 +13,34 @@ use crate::finding::{Findings, Kind};
 use crate::op::{Op, Program, Style};
 use crate::oracle::{self, Pairs};
 
-/// Under which conditions a program runs. None of them may change what it comes to.
+/// Conditions of a run. None of them may change its result.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
-    /// Threads; 1: the caller alone.
+    /// Number of threads; 1 is the caller alone.
     pub threads: usize,
-    /// Which SIMD level, counted from the best; beyond the last: the last.
+    /// Index of the SIMD level, counted from the best; larger indices select the last level.
     pub level: usize,
-    /// Goes on from its own snapshot again and again after so many steps.
+    /// Interval in steps at which the run restarts from its own snapshot.
     pub restore_every: Option<u32>,
-    /// Goes on as a clone after so many steps.
+    /// Step after which the run continues as a clone.
     pub clone_at: Option<u32>,
-    /// Goes into a future that is not to be and back, to a copy or to bytes in turn, again and again after so many steps.
+    /// Interval in steps at which the run takes some extra steps and rolls back, alternately by a
+    /// copy and by bytes.
     pub back_every: Option<u32>,
-    /// Calls are made as data and written into a journal, which is made again in the end.
+    /// Records calls as data in a journal, which is replayed at the end.
     pub written: bool,
-    /// Whether all must be looked at; else only hashes are taken.
+    /// Runs all checks; otherwise only hashes are computed.
     pub look: bool,
     /// Whether faults and wild speeds of ordinary worlds are findings.
     pub strict: bool,
-    /// Is told of each operation before it is done, and of each step.
+    /// Called with each operation before it is applied, and with each step.
     pub trace: Option<fn(&str)>,
-    /// A fault of our own making, to test the search: worlds of which this is true are findings.
+    /// A planted fault, to test the search: worlds for which it returns true are findings.
     pub plant: Option<fn(&World) -> bool>,
 }
 
 impl Conditions {
-    /// The caller alone, the best level, with all oracles.
+    /// One thread, the best level, with all oracles.
     pub const BASE: Self = Self {
         threads: 1,
         level: 0,
@@ -54,32 +55,32 @@ impl Conditions {
     };
 }
 
-/// What a run came to.
+/// Result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
     /// A hash of the state and the events after each step.
     pub hashes: Vec<u64>,
     /// Operations that the engine refused.
     pub refused: u32,
-    /// Which operations were done.
+    /// Whether each operation was done.
     pub done: Vec<bool>,
     /// Faults of bodies and particles.
     pub faults: u32,
-    /// Whether a body became faster than anything could make it.
+    /// Whether a body exceeded any plausible speed.
     pub is_wild: bool,
-    /// What broke.
+    /// Failures.
     pub findings: Findings,
-    /// It took too long, and was ended early.
+    /// Whether the run took too long and was ended early.
     pub is_cut: bool,
 }
 
-/// A run takes no longer than this; what would is ended early, and that is no finding.
+/// Maximum duration of a run; a slower one is ended early, which is not a finding.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// All getters are looked at after so many steps, and at the end.
+/// Interval in steps at which all getters are checked; they are also checked at the end.
 const FULL_EVERY: u32 = 40;
 
-/// No body of an ordinary world can come to this speed [m/s].
+/// Speed that no body of an ordinary world can reach [m/s].
 const WILD: f32 = 1000.0;
 
 /// Runs a program to its end, or until it panics.
@@ -98,22 +99,22 @@ pub fn run(program: &Program, conditions: &Conditions) -> Run {
     run
 }
 
-/// Where a panic was, and what it said.
+/// Place and message of a panic.
 #[derive(Clone, Debug, Default)]
 pub struct Panic {
     /// File and line.
     pub place: String,
-    /// What it said.
+    /// Message.
     pub message: String,
 }
 
-/// The first panic since the last look; those of a team's threads too.
+/// The first panic since the last check, including panics on a team's threads.
 static LAST: Mutex<Option<Panic>> = Mutex::new(None);
 
-/// Does something, and tells where it panicked if it did. Panics write nothing.
+/// Calls a function and returns the place of its panic, if any. Panics print nothing.
 ///
 /// # Errors
-/// Where it panicked.
+/// Returns the place of the panic.
 pub fn guarded<T>(act: impl FnOnce() -> T) -> Result<T, Panic> {
     static HOOK: OnceLock<()> = OnceLock::new();
     HOOK.get_or_init(|| std::panic::set_hook(Box::new(note)));
@@ -122,7 +123,7 @@ pub fn guarded<T>(act: impl FnOnce() -> T) -> Result<T, Panic> {
     std::panic::catch_unwind(AssertUnwindSafe(act)).map_err(|_| take().unwrap_or_default())
 }
 
-/// Keeps where a panic was, unless it follows from one before.
+/// Stores the place of a panic, unless it follows from an earlier one.
 fn note(info: &std::panic::PanicHookInfo<'_>) {
     let place = info.location().map_or_else(String::new, |l| {
         let file = l.file().rsplit_once("crates/").map_or(l.file(), |(_, file)| file);
@@ -136,7 +137,7 @@ fn note(info: &std::panic::PanicHookInfo<'_>) {
     last.get_or_insert(Panic { place, message });
 }
 
-/// Teams that live as long as the program.
+/// Teams that live as long as the process.
 fn executor(threads: usize) -> Arc<dyn Executor> {
     static TEAMS: [OnceLock<Arc<Team>>; 5] = [const { OnceLock::new() }; 5];
     match TEAMS.get(threads) {
@@ -212,7 +213,7 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
     }
 }
 
-/// A hash of the state and of what happened in the step.
+/// A hash of the state and of the step's events.
 fn came_to(world: &World) -> u64 {
     let events = world.events();
     let touches = events.contact_begin.iter().chain(&events.contact_end);
@@ -230,7 +231,7 @@ fn came_to(world: &World) -> u64 {
     words.fold(world.state_hash(), |hash, word| crate::rng::mix(hash ^ u64::from(word)))
 }
 
-/// Goes on from a snapshot or as a clone, where that is asked for.
+/// Continues from a snapshot or as a clone, if the conditions require it.
 fn between(world: &mut World, conditions: &Conditions, step: u32, run: &mut Run) {
     if conditions.restore_every.is_some_and(|n| step % n == n - 1) {
         match World::restore(&world.snapshot()) {
@@ -241,7 +242,7 @@ fn between(world: &mut World, conditions: &Conditions, step: u32, run: &mut Run)
     }
     if conditions.clone_at == Some(step) {
         let clone = world.clone();
-        // What the first one does must not matter to the second.
+        // Steps of the original must not affect the clone.
         world.step(1.0 / 60.0);
         *world = clone;
     }
@@ -260,7 +261,7 @@ fn look(world: &World, ids: &mut Ids, pairs: &mut Pairs, step: u32, run: &mut Ru
     }
 }
 
-/// Counts what is no error of the bookkeeping, but of the motion.
+/// Counts failures of the motion rather than of the bookkeeping.
 fn judge(world: &World, style: Style, conditions: &Conditions, step: u32, run: &mut Run) {
     let faults = world.events().faults.iter();
     let faults = faults.filter(|f| f.kind == drystone::events::FaultKind::NotFinite).count();

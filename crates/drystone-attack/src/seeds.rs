@@ -1,4 +1,5 @@
-//! Small files of our own, of formats that the test data lacks, and the lengths and checksums of formats.
+//! Small files in formats that the test data lacks, and functions for lengths and checksums of
+//! formats.
 
 use std::io;
 use std::path::Path;
@@ -6,10 +7,10 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-/// Writes them into a folder; which file is to be damaged, and which one to be loaded then.
+/// Writes them into a folder; returns for each the file to damage and the file to load.
 ///
 /// # Errors
-/// A file cannot be written.
+/// Fails if a file cannot be written.
 pub fn write(folder: &Path) -> io::Result<Vec<(String, String)>> {
     let png = png();
     let jpeg = STANDARD.decode(JPEG).unwrap_or_default();
@@ -46,7 +47,7 @@ fn data(kind: &str, bytes: &[u8]) -> String {
     format!("data:{kind};base64,{}", STANDARD.encode(bytes))
 }
 
-/// Points of a small image.
+/// A small PNG image.
 fn png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 4, 4);
@@ -57,10 +58,10 @@ fn png() -> Vec<u8> {
     bytes
 }
 
-/// Eight by eight points of one gray.
+/// 8 × 8 pixels of one gray.
 const JPEG: &str = "/9j/4AAQSkZJRgABAQEASABIAAD/2wBDAAEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQEBAQH/wAALCAAIAAgBAREA/8QAFAABAAAAAAAAAAAAAAAAAAAACf/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAIAQEAAD8AVN//2Q==";
 
-/// A square with textures on a body that falls, as glTF.
+/// glTF: a textured square on a falling body.
 fn shown(first: &str, second: &str) -> String {
     let mut bytes: Vec<u8> = Vec::new();
     let mut put = |numbers: &[f32]| bytes.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
@@ -95,7 +96,7 @@ fn shown(first: &str, second: &str) -> String {
     )
 }
 
-/// Corners of a tetrahedron, and its faces.
+/// Corners and faces of a tetrahedron.
 const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.2]];
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
@@ -129,7 +130,7 @@ fn text_stl() -> String {
 const PART: &str = "o part\nv 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nvt 0 0\nvn 0 0 1\n\
 f 1/1/1 3/1/1 2/1/1\nf 1 2 4\nf 2 3 4\nf -2 -4 -1\n";
 
-/// A robot of two links and a joint, whose shapes are in files beside it.
+/// A robot of two links and a joint, with shapes in separate files.
 fn robot(first: &str, second: &str) -> String {
     format!(
         r#"<robot name="pair">
@@ -151,7 +152,7 @@ fn robot(first: &str, second: &str) -> String {
     )
 }
 
-/// A model of MuJoCo with a mesh, joints of several kinds, a coupling, a tendon and motors.
+/// A MuJoCo model with a mesh, joints of several kinds, a coupling, a tendon and motors.
 const MODEL: &str = r#"<mujoco model="small">
  <compiler angle="radian"/>
  <option timestep="0.005" gravity="0 0 -9.81"/>
@@ -181,7 +182,8 @@ const MODEL: &str = r#"<mujoco model="small">
 </mujoco>
 "#;
 
-/// A scene of the own format with a thing of most kinds, meshes in files, and other scenes as parts.
+/// A scene in drystone's format with most kinds of objects, meshes in files, and other scenes as
+/// parts.
 const OWN: &str = r#"{"drystone": 1, "hz": 60, "seconds": 1,
 "world": {"gravity": [0, -9.81, 0], "method": {"name": "soft-step", "shock": "off"}, "contact": {"margin": 0.01}, "sleep": {"time": 0.4}},
 "layers": ["default", "ghosts"],
@@ -214,7 +216,7 @@ const OWN: &str = r#"{"drystone": 1, "hz": 60, "seconds": 1,
  {"step": 9, "removed": {"first": "pane", "count": 2}}]}}
 "#;
 
-/// A part of it.
+/// A part of that scene.
 const PART_OF_OWN: &str = r#"{"drystone": 1, "bodies": [
  {"name": "ball", "position": [0, 1, 0], "shapes": [{"sphere": {"radius": 0.3}}]},
  {"name": "post", "kind": "static", "shapes": [{"box": {"half_extents": [0.1, 1, 0.1]}}]}],
@@ -222,7 +224,7 @@ const PART_OF_OWN: &str = r#"{"drystone": 1, "bodies": [
 "script": {"loads": {"from": 2, "loads": [{"body": "ball", "force": [1, 0, 0]}]}}}
 "#;
 
-/// A binary glTF file of this JSON.
+/// A binary glTF file with this JSON.
 #[must_use]
 pub fn binary(json: &[u8]) -> Vec<u8> {
     let mut text = json.to_vec();
@@ -232,13 +234,13 @@ pub fn binary(json: &[u8]) -> Vec<u8> {
     [&head[..], &length(text.len()), b"JSON", &text].concat()
 }
 
-/// The JSON of a binary glTF file of one chunk.
+/// The JSON of a binary glTF file with one chunk.
 #[must_use]
 pub fn text_of(bytes: &[u8]) -> &[u8] {
     bytes.get(20..).unwrap_or_default()
 }
 
-/// Writes the checksums that the chunks of a PNG have now, as far as their lengths can be followed.
+/// Corrects the checksums of the chunks of a PNG, as far as their lengths are consistent.
 pub fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {

@@ -1,4 +1,5 @@
-//! Snapshots of worlds, damaged: what is no world must be refused, and what is restored must be a world.
+//! Damaged snapshots of worlds: an invalid one must be refused, and a restored one must be a valid
+//! world.
 
 use std::time::{Duration, Instant};
 
@@ -14,17 +15,17 @@ use crate::rng::Rng;
 use crate::run::guarded;
 use crate::unit::Unit;
 
-/// Damaged copies of one snapshot.
+/// Number of damaged copies of one snapshot.
 const COPIES: usize = 16;
 
-/// Bytes before what the checksum is of, and where it stands.
+/// Number of bytes before the data that the checksum covers, and its position.
 const HEADER: usize = 20;
 const CHECKSUM: usize = 12;
 
-/// What is restored is stepped so often.
+/// Number of steps of a restored world.
 const STEPS: u32 = 30;
 
-/// What takes longer is left [s].
+/// Time after which a restored world is abandoned [s].
 const LONGEST: Duration = Duration::from_secs(3);
 
 /// Makes a world, and damages its snapshot in several ways.
@@ -82,13 +83,13 @@ fn snapshot(seed: u64, rng: &mut Rng) -> Option<Vec<u8>> {
     Some(world.snapshot())
 }
 
-/// Writes the checksum that the bytes have now.
+/// Corrects the checksum.
 fn mend(bytes: &mut [u8]) {
     let Some((header, body)) = bytes.split_at_mut_checked(HEADER) else { return };
     header[CHECKSUM..].copy_from_slice(&checksum(body).to_le_bytes());
 }
 
-/// That of the engine's snapshots.
+/// The checksum of the engine's snapshots.
 fn checksum(bytes: &[u8]) -> u64 {
     let mut hash = 0x9e37_79b9_7f4a_7c15_u64;
     let mut word = |w: u32| {
@@ -101,7 +102,7 @@ fn checksum(bytes: &[u8]) -> u64 {
     hash ^ (hash >> 29)
 }
 
-/// Restores and steps; the steps taken, or `None` if it was refused.
+/// Restores and steps; returns the number of steps, or `None` if it was refused.
 fn restored(bytes: &[u8], findings: &mut Findings) -> Option<u32> {
     let mut world = World::restore(bytes).ok()?;
     let start = Instant::now();

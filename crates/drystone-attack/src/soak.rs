@@ -1,4 +1,4 @@
-//! A world in which as much goes as comes, over and over: its memory must not grow.
+//! A world that adds and removes the same number of objects repeatedly; its memory must not grow.
 
 use std::time::{Duration, Instant};
 
@@ -14,16 +14,17 @@ use crate::process::resident_bytes;
 use crate::run::guarded;
 use crate::unit::Unit;
 
-/// How long one unit goes on.
+/// Duration of one unit.
 const LONG: Duration = Duration::from_secs(6);
 
-/// The same program fills the world in each round; after so many rounds nothing new can be needed.
+/// The same program fills the world in each round; memory must be stable after this number of
+/// rounds.
 const WARM: u32 = 20;
 
-/// What the process may grow by after that [bytes]: what the system's allocator keeps is not exact.
+/// Allowed growth of the process after that [bytes]: the system's allocator is not exact.
 const SLACK: u64 = 6 << 20;
 
-/// Fills and empties one world, again and again.
+/// Fills and empties one world repeatedly.
 #[must_use]
 pub fn attack(seed: u64) -> Unit {
     let mut unit = Unit { tried: 1, ..Unit::default() };
@@ -73,7 +74,7 @@ fn soak(seed: u64, findings: &mut Findings, steps: &mut u64) {
         return;
     }
     let (length_now, resident_now) = (world.snapshot().len(), resident_bytes("self"));
-    // Slots keep their generation, a number of up to five bytes.
+    // Slots store their generation, a number of up to five bytes.
     if length_now > 2 * length + 1024 {
         let detail = format!("{length} bytes after {WARM} rounds, {length_now} after {round}");
         findings.add(Kind::Growth, "the snapshot of an emptied world grows", detail, round);
@@ -84,7 +85,7 @@ fn soak(seed: u64, findings: &mut Findings, steps: &mut u64) {
     }
 }
 
-/// Removes all that is in a world.
+/// Removes everything from a world.
 fn clear(world: &mut World) {
     let bodies: Vec<BodyId> = world.bodies().map(|b| b.id()).collect();
     for id in bodies {

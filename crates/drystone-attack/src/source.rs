@@ -1,4 +1,4 @@
-//! A program as the source of a test: plain calls of the public API.
+//! Writes a program as the source of a test: plain calls of the public API.
 
 use std::collections::BTreeSet;
 use std::fmt::{Debug, Write};
@@ -16,7 +16,7 @@ use crate::text::plain;
 use crate::values::{DEFAULTS, changes, form, seconds, shape_def, show};
 use crate::variants::RESTORE_EVERY;
 
-/// The source of a test that does what the program does, and asserts what the finding says does not hold.
+/// The source of a test that runs the program and asserts that the finding does not occur.
 #[must_use]
 pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     let kind = finding.map(|f| f.kind);
@@ -67,20 +67,20 @@ fn whole(why: &str, text: &str) -> String {
     format!("{head}{why}{}\n{text}", imports(text))
 }
 
-/// Lines of a test that say what must hold.
+/// Lines with the assertions of a test.
 #[derive(Clone, Debug, Default)]
 pub struct Checks {
-    /// Bodies that they name.
+    /// Bodies that the lines name.
     pub names: Vec<Label>,
-    /// Before the first step.
+    /// Lines before the first step.
     pub before: Vec<String>,
-    /// After each step.
+    /// Lines after each step.
     pub each: Vec<String>,
-    /// In the end.
+    /// Lines at the end.
     pub end: Vec<String>,
 }
 
-/// The source of a test that does what the program does under a name, and asserts what is given.
+/// The source of a test of this name that runs the program and has these assertions.
 #[must_use]
 pub fn test_with(program: &Program, name: &str, checks: &Checks, finding: &Finding) -> String {
     let mut used = used_labels(program);
@@ -105,10 +105,10 @@ pub fn test_with(program: &Program, name: &str, checks: &Checks, finding: &Findi
     whole(&why, &source.text)
 }
 
-/// Source in the making.
+/// Source under construction.
 struct Source {
     text: String,
-    /// Labels that operations name, by what they are of.
+    /// Labels that operations name, with the kind of object.
     used: BTreeSet<(char, Label)>,
     has_pieces: bool,
     kind: Option<Kind>,
@@ -117,7 +117,7 @@ struct Source {
     has_begun: bool,
 }
 
-/// Which things later operations name: only these get a variable.
+/// The objects that later operations name: only these get a variable.
 fn used_labels(program: &Program) -> BTreeSet<(char, Label)> {
     let mut used = BTreeSet::new();
     for op in &program.ops {
@@ -147,18 +147,18 @@ fn used_labels(program: &Program) -> BTreeSet<(char, Label)> {
     used
 }
 
-/// What a body is called in the source.
+/// Name of a body in the source.
 fn body(label: Label) -> String {
     if label >= PIECES { format!("pieces[{}]", label - PIECES) } else { format!("b{label}") }
 }
 
 impl Source {
-    /// Adds a line, as far in as there are brackets open.
+    /// Adds a line, indented by the number of open brackets.
     fn line(&mut self, text: &str) {
         let count = |of: [char; 2], text: &str| text.matches(of).count();
         let depth = count(['{', '('], &self.text).saturating_sub(count(['}', ')'], &self.text));
         let depth = if text.starts_with('}') { depth.saturating_sub(1) } else { depth };
-        // A string takes all there is.
+        // Writing to a string cannot fail.
         let _ = writeln!(self.text, "{}{text}", "    ".repeat(depth));
     }
 
@@ -250,7 +250,7 @@ impl Source {
         self.line("}");
     }
 
-    /// `let NAME = ` if something names it later.
+    /// `let NAME = ` if a later operation names the object.
     fn bind(&self, kind: char, label: Label) -> String {
         let is_used = self.used.contains(&(kind, label));
         if is_used { format!("let {kind}{label} = ") } else { String::new() }
@@ -348,7 +348,7 @@ impl Source {
         let (first, link) = strand;
         let named: Vec<(char, Label)> = self.used.iter().copied().collect();
         for (kind, label) in named {
-            // Nothing else has a label between the first one of a strand and its last.
+            // No other object has a label between the first and the last of a strand.
             match kind {
                 'p' if label >= first && label < first + 200 => {
                     self.strand(&format!("p{label}"), "particles", label - first);
@@ -459,7 +459,7 @@ impl Source {
     }
 }
 
-/// A call that makes nothing that has a name.
+/// A call that makes no named object.
 fn call(op: &Op) -> String {
     match op {
         Op::RemoveBody(b) => format!("world.remove_body({});", body(*b)),

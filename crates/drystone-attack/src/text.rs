@@ -1,9 +1,9 @@
-//! What `Debug` writes of a value, as source that makes the value.
+//! Converts the `Debug` text of a value to source that makes the value.
 
-/// Name of a struct, an expression for one with its usual fields, and what `Debug` writes of that.
+/// Name of a struct, an expression for one with default fields, and the `Debug` text of that.
 pub(crate) type Default = (&'static str, &'static str, fn() -> String);
 
-/// A value as `Debug` writes it.
+/// A value parsed from `Debug` text.
 #[derive(Clone, Debug, PartialEq)]
 enum Node {
     Atom(String),
@@ -12,7 +12,7 @@ enum Node {
     List(Vec<Node>),
 }
 
-/// The source of a value; fields that are as usual are left out.
+/// The source of a value; default fields are left out.
 pub(crate) fn plain(debug: &str, defaults: &[Default]) -> String {
     let mut rest = debug;
     let node = parse(&mut rest);
@@ -99,7 +99,7 @@ fn write(node: &Node, defaults: &[Default]) -> String {
     }
 }
 
-/// A number, or a name as it is.
+/// A number, or a name unchanged.
 fn atom(word: &str) -> &str {
     match word {
         "NaN" => "f32::NAN",
@@ -109,7 +109,7 @@ fn atom(word: &str) -> &str {
     }
 }
 
-/// The enum that a variant is of. `Debug` leaves it out.
+/// The enum of a variant, which `Debug` leaves out.
 fn path(variant: &str, is_tuple: bool) -> &'static str {
     match variant {
         "Static" | "Kinematic" | "Dynamic" => "BodyKind::",

@@ -1,4 +1,4 @@
-//! A unit of work: one seed of one subject, and what it came to.
+//! A unit of work: one seed of one subject, and its result.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use crate::op::Style;
 use crate::run::{Conditions, run};
 use crate::{commands, files, generate, snapshots, soak, variants};
 
-/// What is attacked.
+/// Target of an attack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Subject {
     /// Worlds and programs of calls.
@@ -19,14 +19,14 @@ pub enum Subject {
     Snapshots,
     /// Command lines, recordings and snapshots of runs.
     Commands,
-    /// A world in which as much goes as comes, for long.
+    /// A world that adds and removes the same number of objects for a long time.
     Soak,
-    /// Small worlds of one kind, held against physics.
+    /// Small worlds of one kind, checked against physics.
     Scene(Scene),
 }
 
 impl Subject {
-    /// All of the attack.
+    /// All subjects of the attack.
     pub const ALL: [Self; 5] =
         [Self::Worlds, Self::Files, Self::Snapshots, Self::Commands, Self::Soak];
 
@@ -50,7 +50,7 @@ impl Subject {
         Self::ALL.into_iter().chain(hunted).find(|subject| subject.name() == name)
     }
 
-    /// Its part of the time.
+    /// Its share of the time.
     #[must_use]
     pub const fn weight(self) -> f64 {
         match self {
@@ -63,8 +63,8 @@ impl Subject {
         }
     }
 
-    /// The number of units of this subject in a campaign of this many worlds, about by its part of the time. `kinds` kinds of scenes
-    /// share the worlds evenly.
+    /// Number of units of this subject in a campaign of this many worlds, roughly by its share of
+    /// the time. `kinds` kinds of scenes share the worlds evenly.
     #[must_use]
     pub fn units_of(self, worlds: u64, kinds: usize) -> u64 {
         match self {
@@ -76,26 +76,26 @@ impl Subject {
         }
     }
 
-    /// A unit that has worked for longer and has not ended is taken for hanging [s].
+    /// Processor time after which a unit counts as hanging [s].
     #[must_use]
     pub const fn limit(self) -> f64 {
         match self {
             Self::Worlds | Self::Snapshots => 20.0,
             Self::Files | Self::Soak => 40.0,
-            // It only waits for the command, and knows when to end.
+            // It only waits for the command, which has its own limit.
             Self::Commands => 60.0,
-            // A world and its twins, each of at most some seconds.
+            // A world and its twins, each at most some seconds.
             Self::Scene(_) => 200.0,
         }
     }
 }
 
-/// Where things are.
+/// Paths of files and programs.
 #[derive(Clone, Debug)]
 pub struct Places {
     /// The repository.
     pub root: PathBuf,
-    /// A folder of the worker's own, to write into.
+    /// A folder for the worker's own files.
     pub scratch: PathBuf,
     /// The command `drystone`.
     pub command: Option<PathBuf>,
@@ -103,28 +103,28 @@ pub struct Places {
     pub strict: bool,
 }
 
-/// What a unit came to.
+/// Result of a unit.
 #[derive(Clone, Debug, Default)]
 pub struct Unit {
-    /// Worlds, files, snapshots or command lines.
+    /// Number of worlds, files, snapshots or command lines.
     pub tried: u64,
-    /// Steps of worlds.
+    /// Number of steps.
     pub steps: u64,
-    /// What was refused: operations, files, snapshots, command lines.
+    /// Number of refused operations, files, snapshots or command lines.
     pub refused: u64,
     /// Style of a world.
     pub style: Option<Style>,
-    /// Whether it had faults, and how many.
+    /// Number of faults.
     pub faults: u64,
     /// Whether a body became too fast.
     pub is_wild: bool,
-    /// Whether it was ended early for its slowness.
+    /// Whether it was ended early because it was slow.
     pub is_cut: bool,
     /// Whether something broke.
     pub failed: bool,
-    /// What broke.
+    /// Failures.
     pub findings: Findings,
-    /// Damaged files, of snapshots those that broke something: name and bytes.
+    /// Damaged files, or damaged snapshots that broke something: name and bytes.
     pub inputs: Vec<(String, Vec<u8>)>,
 }
 
@@ -141,7 +141,7 @@ pub fn run_unit(subject: Subject, seed: u64, places: &Places) -> Unit {
     }
 }
 
-/// One world in two is run again under conditions that must not matter.
+/// One world in this many is run again under other conditions, which must not change the result.
 const VARIANTS_OF: u64 = 2;
 
 fn world(seed: u64, strict: bool) -> Unit {

@@ -33,7 +33,7 @@ pub(crate) fn form(form: &Form) -> String {
     }
 }
 
-/// A shape whose fields are those of [`ShapeDef::new`] but for some.
+/// A shape whose fields are those of [`ShapeDef::new`], with some exceptions.
 pub(crate) fn shape_def(plan: &ShapePlan) -> String {
     let (def, usual) = (&plan.def, ShapeDef::sphere(1.0));
     let fields: [(&str, String, String); 13] = [
@@ -57,12 +57,12 @@ pub(crate) fn shape_def(plan: &ShapePlan) -> String {
     if changed.is_empty() { made } else { format!("ShapeDef {{ {changed}..{made} }}") }
 }
 
-/// A value as source, by what `Debug` writes of it.
+/// A value as source, converted from its `Debug` text.
 pub(crate) fn show<T: Debug + ?Sized>(value: &T) -> String {
     plain(&format!("{value:?}"), DEFAULTS)
 }
 
-/// What fields that are not written are taken from.
+/// Sources of fields that are not written.
 pub(crate) const DEFAULTS: &[Default] = &[
     ("BodyDef", "BodyDef::default()", || format!("{:?}", BodyDef::default())),
     ("ParticleDef", "ParticleDef::default()", || format!("{:?}", ParticleDef::default())),
@@ -75,7 +75,7 @@ pub(crate) const DEFAULTS: &[Default] = &[
     ("SixDof", "SixDof::FIXED", || format!("{:?}", SixDof::FIXED)),
 ];
 
-/// Paths and values of what is not as it is by default.
+/// Paths and values of the fields that differ from their defaults.
 pub(crate) fn changes(config: &WorldConfig) -> Vec<(&'static str, String)> {
     let (own, usual) = (values(config), values(&WorldConfig::default()));
     let name = config.method.name();

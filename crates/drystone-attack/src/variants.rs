@@ -1,16 +1,17 @@
-//! The same program under conditions that must not matter: threads, SIMD levels, snapshots, clones.
+//! Runs the same program under conditions that must not change the result: threads, SIMD levels,
+//! snapshots, clones.
 
 use crate::finding::{Findings, Kind};
 use crate::op::Program;
 use crate::run::{Conditions, Run, run};
 
-/// Steps between two snapshots that a run goes on from.
+/// Steps between two restarts from a snapshot.
 pub const RESTORE_EVERY: u32 = 5;
 
-/// Steps between two ways into a future that is not to be.
+/// Steps between two excursions that are rolled back.
 pub const BACK_EVERY: u32 = 3;
 
-/// Conditions to compare with the base, and what they are called.
+/// Conditions to compare with the base, and their names.
 #[must_use]
 pub fn of(program: &Program) -> [(&'static str, Conditions); 5] {
     let base = Conditions { look: false, ..Conditions::BASE };
@@ -21,7 +22,8 @@ pub fn of(program: &Program) -> [(&'static str, Conditions); 5] {
             "4 threads, the lowest SIMD level, a clone",
             Conditions { threads: 4, level: usize::MAX, clone_at: middle, ..base },
         ),
-        // Often: what a world has made ready for its next steps, and a restored one makes anew, must be the same.
+        // Restarts are frequent: data that a world prepares for its next steps must equal the data
+        // that a restored world recomputes.
         (
             "goes on from snapshots",
             Conditions { restore_every: Some(RESTORE_EVERY), level: 1, ..base },
@@ -34,7 +36,8 @@ pub fn of(program: &Program) -> [(&'static str, Conditions); 5] {
     ]
 }
 
-/// Runs a program under each of them, and compares with its base run; returns the steps taken.
+/// Runs a program under each condition, and compares it with its base run; returns the number of
+/// steps.
 pub fn compare(program: &Program, base: &Run, findings: &mut Findings) -> usize {
     let mut steps = 0;
     for (name, conditions) in of(program) {

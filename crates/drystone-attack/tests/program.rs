@@ -1,4 +1,4 @@
-//! The program itself: what it is told, what it tells.
+//! Tests of the program: its arguments and its output.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

@@ -1,5 +1,5 @@
-//! How deep bodies overlap and how far joints are apart, found from poses alone, by the same code for
-//! every engine.
+//! Measures overlaps of bodies and errors of joints from poses alone, by the same code for every
+//! engine.
 
 use std::collections::BTreeSet;
 
@@ -8,31 +8,31 @@ use drystone_scene::{Scene, SceneBody, SceneJoint};
 
 use crate::engine::{BodyState, EngineError};
 
-/// Length of the step in which contacts are looked for [s]: nothing moves in it.
+/// Length of the step that finds contacts [s]; nothing moves in it.
 const MOMENT: f32 = 1.0e-6;
 
-/// Looks at poses of a scene's bodies.
+/// Measures overlaps and joint errors of a scene's bodies.
 ///
-/// It is a world of drystone without gravity, sleep and joints, in which bodies are put where the engine
-/// under test had them; the narrowphase of a step too short for motion then tells the overlaps. What it
-/// remembers of a pair from one look to the next is which faces or edges it met with; manifolds are made
-/// anew.
+/// It holds a world of drystone without gravity, sleep and joints, in which bodies have the poses
+/// of the engine under test. The narrowphase of a step too short for motion then measures the
+/// overlaps. Between two looks it keeps only the faces or edges at which a pair touched; manifolds
+/// are made anew.
 #[derive(Debug)]
 pub struct Checker<'a> {
     world: World,
     bodies: Vec<(&'a SceneBody, BodyId)>,
     joints: Vec<&'a SceneJoint>,
-    /// Pairs held together by a joint that lets them overlap.
+    /// Pairs connected by a joint that lets them overlap.
     may_overlap: BTreeSet<(BodyId, BodyId)>,
     max_penetration: f32,
     max_joint_error: f32,
 }
 
 impl<'a> Checker<'a> {
-    /// Of this scene.
+    /// Makes a checker for this scene.
     ///
     /// # Errors
-    /// drystone refuses something of the scene.
+    /// Fails if drystone refuses a part of the scene.
     pub fn new(scene: &'a Scene) -> Result<Self, EngineError> {
         let mut config = WorldConfig { gravity: Vec3::ZERO, substeps: 1, ..WorldConfig::default() };
         config.sleep.enabled = false;
@@ -53,7 +53,7 @@ impl<'a> Checker<'a> {
         Ok(checker)
     }
 
-    /// One more joint, between bodies that it knows.
+    /// Adds a joint between bodies that were added before.
     pub fn join(&mut self, joint: &'a SceneJoint) {
         if let (Some(a), Some(b), false) =
             (self.id(joint.body_a), self.id(joint.body_b), joint.collide_connected)
@@ -63,10 +63,10 @@ impl<'a> Checker<'a> {
         self.joints.push(joint);
     }
 
-    /// One more body.
+    /// Adds a body.
     ///
     /// # Errors
-    /// drystone refuses it.
+    /// Fails if drystone refuses it.
     pub fn add(&mut self, body: &'a SceneBody) -> Result<(), EngineError> {
         let refused = |e| EngineError(format!("body '{}': {e}", body.name));
         let id = self.world.add_body(body.def.clone()).map_err(refused)?;
@@ -84,8 +84,9 @@ impl<'a> Checker<'a> {
         self.bodies.get(number).map(|(_, id)| *id)
     }
 
-    /// Looks at the bodies of these numbers, which are all that move and are there, in these states. Others that
-    /// move are put out of the way; what is no number, or too far away for one, stays where it was.
+    /// Measures at these states of the bodies `numbers`, which are all moving bodies that exist.
+    /// Other moving bodies are moved out of the way. A body whose pose is NaN, or too far away,
+    /// keeps its previous pose.
     pub fn look(&mut self, numbers: &[usize], states: &[BodyState]) {
         let mut poses: Vec<Option<Pose>> = vec![None; self.bodies.len()];
         for (&number, state) in numbers.iter().zip(states) {
@@ -100,7 +101,7 @@ impl<'a> Checker<'a> {
             }
             let Some(mut body) = self.world.body_mut(id) else { continue };
             let away = || Pose::at([0.0, 1.0e6 + 1.0e3 * small(number), 0.0]);
-            // A pose that is refused is one that `lost` in the row tells of.
+            // A refused pose is one that the row counts as `lost`.
             body.set_pose(pose.unwrap_or_else(away));
             body.set_linear_velocity(Vec3::ZERO);
             body.set_angular_velocity(Vec3::ZERO);
@@ -130,7 +131,7 @@ impl<'a> Checker<'a> {
         };
         let ends = (anchor(joint.body_a, joint.anchor_a), anchor(joint.body_b, joint.anchor_b));
         let (Some(a), Some(b)) = ends else { return 0.0 };
-        // Two bodies that do not move cannot be held together.
+        // A joint between two bodies that do not move cannot hold them together.
         let moves = |n: usize| self.body(n).is_some_and(|b| b.def.kind == BodyKind::Dynamic);
         if !moves(joint.body_a) && !moves(joint.body_b) {
             return 0.0;
@@ -148,20 +149,20 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Deepest overlap of two shapes so far [m].
+    /// Maximum overlap of two shapes so far [m].
     #[must_use]
     pub fn max_penetration(&self) -> f64 {
         f64::from(self.max_penetration)
     }
 
-    /// Largest joint error so far [m]; nothing without joints.
+    /// Maximum joint error so far [m]; `None` without joints.
     #[must_use]
     pub fn max_joint_error(&self) -> Option<f64> {
         (!self.joints.is_empty()).then_some(f64::from(self.max_joint_error))
     }
 }
 
-/// A small count as a number.
+/// Converts a small count.
 #[expect(clippy::cast_precision_loss, reason = "only to spread bodies")]
 const fn small(n: usize) -> f32 {
     n as f32
@@ -185,12 +186,13 @@ mod tests {
 
     #[test]
     fn a_known_overlap_is_found_and_the_deepest_is_kept() {
-        // Cubes of edge 1 over ground at y = 0, the world far from rest: velocities do not matter.
+        // Cubes of edge 1 above ground at y = 0. Velocities do not matter.
         let scene = named("stack:n=2").unwrap();
         let mut checker = Checker::new(&scene).unwrap();
         checker.look(&[1, 2], &[at(vec3(0.0, 0.5, 0.0)), at(vec3(0.0, 1.6, 0.0))]);
         assert!(checker.max_penetration() < 1.0e-6, "{}", checker.max_penetration());
-        // The upper one 0.04 m in the lower one, turned about y; the lower one 0.01 m in the ground.
+        // The upper cube is 0.04 m deep in the lower one and rotated about y; the lower one is 0.01
+        // m deep in the ground.
         let turned = Quat::from_axis_angle(Vec3::Y, 0.3);
         let mut upper = at(vec3(0.1, 1.45, 0.05));
         upper.pose.rotation = turned;
@@ -223,7 +225,7 @@ mod tests {
         assert!(checker.max_joint_error().unwrap() < 1.0e-6);
         checker.look(&[1, 2], &[at(a + vec3(0.0, 0.25, 0.0)), at(b)]);
         assert!((checker.max_joint_error().unwrap() - 0.25).abs() < 1.0e-6);
-        // A ball up in the beam it hangs from.
+        // A ball inside the beam from which it hangs.
         checker.look(&[1, 2], &[at(a + vec3(0.0, 5.0, 0.0)), at(b)]);
         assert!(checker.max_penetration() < 1.0e-6, "{}", checker.max_penetration());
     }

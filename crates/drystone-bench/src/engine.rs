@@ -1,12 +1,12 @@
-//! What an engine is to the benchmark, and what it gives back.
+//! The interface of an engine to the benchmark.
 
 use drystone::{BodyDef, MassDef, Pose, Vec3, World};
 use drystone_scene::{Load, Scene, SceneBody, Wave};
 
 use crate::row::Stages;
 
-/// An engine that runs a scene of the catalog. Bodies are named by their number in the scene; those that
-/// join later follow in the order in which they come.
+/// An engine that runs a scene of the catalog. Bodies are identified by their number in the scene;
+/// bodies that are added later get the next numbers, in order.
 pub trait Engine: Sized {
     /// Its name on the command line and in rows.
     const NAME: &'static str;
@@ -14,89 +14,91 @@ pub trait Engine: Sized {
     /// Its version.
     fn version() -> String;
 
-    /// The scene in this engine, ready for the first step, worked on by `threads` threads, the caller
-    /// included.
+    /// Builds the scene in this engine, ready for the first step, with `threads` threads including
+    /// the caller.
     ///
     /// # Errors
-    /// The scene has something that the engine does not have: it then cannot be compared on it.
+    /// Fails if the scene needs a feature that the engine lacks; the engine is then not compared on
+    /// it.
     fn build(scene: &Scene, threads: usize) -> Result<Self, EngineError>;
 
     /// Adds a body.
     ///
     /// # Errors
-    /// The body has something that the engine does not have.
+    /// Fails if the body needs a feature that the engine lacks.
     fn add(&mut self, body: &SceneBody) -> Result<(), EngineError>;
 
-    /// Gives a kinematic body the velocity that takes its origin to `position` [m, world] in the next
-    /// step of `dt` [s], without a turn.
+    /// Gives a kinematic body the velocity that moves its origin to `position` [m, world] in the
+    /// next step of `dt` [s], without rotation.
     ///
     /// # Errors
-    /// The engine refuses it.
+    /// Fails if the engine refuses it.
     fn aim(&mut self, body: usize, position: Vec3, dt: f32) -> Result<(), EngineError>;
 
-    /// From now on this lasting force [N] acts on the dynamic body at its center of mass.
+    /// Applies a lasting force [N] to a dynamic body at its center of mass, from now on.
     ///
     /// # Errors
-    /// The engine has no such force.
+    /// Fails if the engine has no such force.
     fn pull(&mut self, _load: &Load) -> Result<(), EngineError> {
         Err(EngineError("lasting forces are not translated".to_owned()))
     }
 
-    /// Bodies leave, and bodies with their joints join.
+    /// Removes bodies, and adds bodies with their joints.
     ///
     /// # Errors
-    /// The engine refuses one, or cannot do it.
+    /// Fails if the engine refuses a body, or does not support this.
     fn bring(&mut self, wave: &Wave) -> Result<(), EngineError> {
         let _ = wave;
         Err(EngineError("bodies that come and go in groups are not translated".to_owned()))
     }
 
-    /// Pushes a dynamic body at its center of mass with a force [N, world] during the next step of `dt` [s].
+    /// Pushes a dynamic body at its center of mass with a force [N, world] during the next step of
+    /// `dt` [s].
     ///
     /// # Errors
-    /// The engine refuses it, or its forces are not translated.
+    /// Fails if the engine refuses it, or its forces are not translated.
     fn push(&mut self, body: usize, force: Vec3, dt: f32) -> Result<(), EngineError> {
         let _ = (body, force, dt);
         Err(EngineError("forces are not translated".to_owned()))
     }
 
-    /// Force that the contacts of a body put on it in the last substep of the last step, which took
-    /// `dt` [s], along their normals [N, world]; nothing if the engine does not tell.
+    /// Force of the contacts on a body in the last substep of the last step of `dt` [s], along
+    /// their normals [N, world]; `None` if the engine does not report it.
     fn contact_force(&self, body: usize, dt: f32) -> Option<Vec3> {
         let _ = (body, dt);
         None
     }
 
-    /// Advances time by `dt` [s]. This is what is timed.
+    /// Advances time by `dt` [s]. The benchmark times this call.
     fn step(&mut self, dt: f32);
 
     /// The state of a body.
     fn state(&self, body: usize) -> BodyState;
 
-    /// The SIMD level that it works with, in a word.
+    /// Name of the SIMD level in use.
     fn simd(&self) -> String;
 
-    /// Its own hash of the state of the world; without one poses and velocities are hashed.
+    /// The engine's own hash of the world's state; without one, poses and velocities are hashed.
     fn hash(&self) -> Option<u64> {
         None
     }
 
-    /// Time counts from here on: the steps so far were to warm up.
+    /// Restarts the clock after the warm-up steps.
     fn restart_clock(&mut self) {}
 
-    /// Mean times of the stages of a step [ms] over the last `steps`, if it tells them.
+    /// Mean times of the stages of a step [ms] over the last `steps`, if the engine reports them.
     fn stages_ms(&self, steps: u64) -> Option<Stages> {
         let _ = steps;
         None
     }
 }
 
-/// An engine cannot run a scene.
+/// The reason an engine cannot run a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct EngineError(pub String);
 
-/// Where a body is and how it moves.
+/// Pose and velocities of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState {
     /// Pose of its origin [m, world].
@@ -114,7 +116,7 @@ impl BodyState {
         [p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z]
     }
 
-    /// True if every number of it is finite.
+    /// True if all its numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.numbers().iter().all(|n| n.is_finite())
@@ -130,11 +132,11 @@ pub fn hash_states(states: &[BodyState]) -> u64 {
     })
 }
 
-/// What the densities of a body's shapes are to be multiplied by so that it has the mass that its
-/// definition says, for engines that take densities.
+/// Factor on the densities of a body's shapes that gives the mass in its definition, for engines
+/// that take densities.
 ///
 /// # Errors
-/// The definition gives center and inertia too, or drystone refuses it.
+/// Fails if the definition also gives center and inertia, or drystone refuses it.
 pub fn density_factor(def: &BodyDef) -> Result<f32, EngineError> {
     let mass = match def.mass {
         MassDef::FromShapes => return Ok(1.0),
@@ -173,7 +175,7 @@ mod tests {
 
     #[test]
     fn densities_are_scaled_to_the_mass_that_was_given() {
-        // A cube of 1 m³ weighs 1000 kg.
+        // A cube of 1 m³ has a mass of 1000 kg.
         let cube = BodyDef::dynamic().with_shape(ShapeDef::box_half(Vec3::splat(0.5)));
         assert_eq!(density_factor(&cube).unwrap().to_bits(), 1.0_f32.to_bits());
         let factor = density_factor(&cube.with_mass(250.0)).unwrap();

@@ -1,10 +1,10 @@
-//! The measuring loop of the benchmarks: a scene is run by an engine, step by step, and what came of it is
-//! one [`Row`]. The command `drystone bench` runs drystone with it; the workspace `bench/` runs its peers
-//! with the same loop, in processes of their own.
+//! The measuring loop of the benchmarks: an engine runs a scene step by step, and the result is one
+//! [`Row`]. The command `drystone bench` runs drystone with it. The workspace `bench/` runs its
+//! peers with the same loop, in processes of their own.
 //!
-//! [`measure`] times the steps and copies poses at some of them. Everything that judges a run,
-//! [`Checker`] and [`stands`], looks at those copies after the last step: it costs the timed steps
-//! nothing, and it is the same for every engine.
+//! [`measure`] times the steps and copies poses at some of them. The judges of a run, [`Checker`]
+//! and [`stands`], read those copies after the last step. They cost the timed steps nothing, and
+//! are the same for every engine.
 
 mod check;
 mod engine;

@@ -1,4 +1,4 @@
-//! Joints as engines have them that know ball joints and hinges.
+//! Joints for engines that have only ball joints and hinges.
 
 use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
 use drystone::{JointKind, Pose};
@@ -6,16 +6,16 @@ use drystone_scene::SceneJoint;
 
 use crate::engine::EngineError;
 
-/// Two bodies held together at a point.
+/// A joint that holds two bodies together at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linkage {
     /// Numbers of the bodies in the scene.
     pub bodies: [usize; 2],
-    /// The point, and axes of which x is the hinge's or the twist's [frame of each body].
+    /// The point, and axes of which x is the axis of the hinge or of twist [frame of each body].
     pub frames: [Pose; 2],
-    /// How they may turn.
+    /// Allowed relative rotation.
     pub turn: Turn,
-    /// Greatest torque of friction about each axis that is not locked [N m].
+    /// Maximum friction torque about each axis that is not locked [N m].
     pub friction: f32,
     /// A spring that brings the frames together: undamped frequency [Hz] and damping ratio.
     pub spring: Option<(f32, f32)>,
@@ -23,27 +23,28 @@ pub struct Linkage {
     pub collide_connected: bool,
 }
 
-/// How two bodies on a point may turn against each other.
+/// Allowed relative rotation of two bodies at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Turn {
-    /// In every way, or within a cone [rad] and least and greatest twist [rad].
+    /// About all axes, with an optional cone [rad] and minimum and maximum twist [rad].
     Ball {
-        /// How far the x axes may swing apart about y and about z.
+        /// Maximum swing of the x axis about y and about z.
         cone: Option<[f32; 2]>,
-        /// About x.
+        /// Range about x.
         twist: Option<[f32; 2]>,
     },
     /// About x, between these angles [rad].
     Hinge {
-        /// Nothing if it turns freely.
+        /// `None` if it turns freely.
         limits: Option<[f32; 2]>,
     },
 }
 
-/// What these joints are.
+/// Converts these joints.
 ///
 /// # Errors
-/// One of them is neither a ball joint nor a hinge, or has limits or drives that not all engines have.
+/// Fails if one of them is neither a ball joint nor a hinge, or has limits or drives that some
+/// engine lacks.
 pub fn linkages(joints: &[SceneJoint]) -> Result<Vec<Linkage>, EngineError> {
     let made = joints.iter().map(|joint| {
         if joint.strength.is_some() {
@@ -58,7 +59,7 @@ pub fn linkages(joints: &[SceneJoint]) -> Result<Vec<Linkage>, EngineError> {
     made.collect()
 }
 
-/// Nothing if it is something else.
+/// The linkage of a joint, or `None` for other joints.
 fn linkage(joint: &SceneJoint) -> Option<Linkage> {
     let axes = match joint.kind {
         JointKind::Ball => SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED },
@@ -106,7 +107,7 @@ fn linkage(joint: &SceneJoint) -> Option<Linkage> {
     })
 }
 
-/// Frequency [Hz] and damping ratio of a drive that does nothing but pull its frames together.
+/// Frequency [Hz] and damping ratio of a drive that is a pure spring between its frames.
 fn spring(drive: &JointDrive) -> Option<(f32, f32)> {
     let JointSpring { stiffness, damping, .. } = drive.spring;
     if !(stiffness > 0.0 && damping >= 0.0) {
@@ -134,13 +135,13 @@ mod tests {
     fn people_hang_together_by_balls_and_hinges_on_springs() {
         let Script::Waves(waves) = named("rain:rows=1").unwrap().script else { unreachable!() };
         let made = linkages(&waves[0].joints).unwrap();
-        // Three people of 13 joints, of which knees and elbows are hinges.
+        // Three ragdolls of 13 joints, of which knees and elbows are hinges.
         assert_eq!(made.len(), 39);
         let hinges = made.iter().filter(|l| matches!(l.turn, Turn::Hinge { limits: Some(_) }));
         assert_eq!(hinges.count(), 12);
         for linkage in &made {
             let (hertz, ratio) = linkage.spring.unwrap();
-            // A square root and two products of numbers rounded once.
+            // Tolerance: a square root and two products of numbers rounded once.
             assert!((hertz - 1.0).abs() < 1.0e-6 && (ratio - 0.7).abs() < 1.0e-6);
             assert!(linkage.friction >= 2.0 && linkage.friction <= 5.0);
             if let Turn::Ball { cone, twist } = linkage.turn {
@@ -159,7 +160,7 @@ mod tests {
         let Script::Waves(mut waves) = named("rain:rows=1").unwrap().script else { unreachable!() };
         assert!(linkages(&waves[0].joints).is_ok());
         let JointKind::SixDof(axes) = &mut waves[0].joints[0].kind else { unreachable!() };
-        // A brake instead of a spring; the same about all axes, as the other engines want it.
+        // A brake instead of a spring, the same about all axes, as the other engines require.
         for axis in &mut axes.angular {
             axis.drive = Some(JointDrive::motor(0.0, 1.0));
         }

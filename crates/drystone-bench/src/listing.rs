@@ -1,10 +1,11 @@
-//! Rows as text, for people.
+//! Rows as text for a terminal.
 
 use std::fmt::Write as _;
 
 use crate::row::Row;
 
-/// A line for each row under a line of titles; times of stages, where there are some, in a line below.
+/// Returns a line for each row under a line of titles. Times of stages, if any, follow on a line of
+/// their own.
 #[must_use]
 pub fn listing(rows: &[Row]) -> String {
     const TITLES: [&str; 10] = [
@@ -43,7 +44,8 @@ pub fn listing(rows: &[Row]) -> String {
     text
 }
 
-/// Lines of a table, its titles first, and the width of its first column. The first `names` columns stand left, numbers right.
+/// Lines of a table, its titles first, and the width of its first column. The first `names` columns
+/// are aligned left, numbers right.
 pub(crate) fn columns<const N: usize>(
     names: usize,
     titles: [&str; N],

@@ -19,7 +19,7 @@ pub struct Own {
 }
 
 impl Own {
-    /// A step after what the script says; how long it took without that.
+    /// Runs the script's actions and a step; returns the duration of the step alone.
     pub(crate) fn run(&mut self, dt: f32) -> Result<Duration, EngineError> {
         self.running.before_step(dt)?;
         let start = Instant::now();
@@ -100,7 +100,7 @@ impl Engine for Own {
             let sum: f32 = contact.points().map(|p| p.impulse).sum();
             impulse += contact.normal() * (side * sum);
         }
-        // Substeps are few: the number is exact.
+        // The number of substeps is small, so its f32 is exact.
         Some(impulse * (substeps as f32 / dt))
     }
 
@@ -136,7 +136,7 @@ impl Engine for Own {
     }
 }
 
-/// The state of a body that is not there.
+/// The state of a body that does not exist.
 fn nowhere() -> BodyState {
     BodyState {
         pose: Pose { position: Vec3::splat(f32::NAN), rotation: Quat::IDENTITY },

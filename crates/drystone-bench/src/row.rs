@@ -1,4 +1,4 @@
-//! A row of the benchmark: what came of running a scene with an engine, once or several times.
+//! A row of the benchmark: the result of running a scene with an engine, once or several times.
 
 use std::fmt;
 
@@ -9,19 +9,19 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Wall time of a step [ms]. The figure of a run is the mean over its timed steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MsPerStep {
-    /// The smallest figure of a run.
+    /// The minimum over the runs.
     pub min: f64,
-    /// The median of the figures of the runs.
+    /// The median over the runs.
     pub median: f64,
-    /// The 99th percentile over the steps of a run, its median over the runs.
+    /// The 99th percentile over the steps of a run; its median over the runs.
     pub p99: f64,
 }
 
-/// Mean times of the stages of a step [ms], in the order in which they run.
+/// Mean times of the stages of a step [ms], in execution order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stages(pub Vec<(String, f64)>);
 
-/// A row, in the fields and the order of the JSON file.
+/// A row, with the fields in the order of the JSON file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// The scene as the user wrote it.
@@ -30,32 +30,33 @@ pub struct Row {
     pub engine: String,
     /// Its version.
     pub version: String,
-    /// Threads, the caller included.
+    /// Number of threads, including the caller.
     pub threads: usize,
     /// SIMD level in use.
     pub simd: String,
-    /// Steps made.
+    /// Number of steps.
     pub steps: u64,
-    /// Bodies at the end, static ones too.
+    /// Number of bodies at the end, including static ones.
     pub bodies: usize,
-    /// Wall time of a step.
+    /// Wall time per step.
     pub ms_per_step: MsPerStep,
     /// Hash of the end state, 16 hex digits; comparable between runs of one engine only.
     pub hash: String,
-    /// Deepest overlap at the steps where poses were copied [m].
+    /// Maximum overlap at the steps where poses were copied [m].
     pub max_penetration: f64,
-    /// Whether what should stand stands at the end; nothing for scenes that are not for standing.
+    /// Whether the scene still stands at the end; `None` for scenes that are not meant to stand.
     pub stands: Option<bool>,
-    /// Largest distance of two anchors that a joint holds together [m]; nothing without joints.
+    /// Maximum distance between two anchors of a joint [m]; `None` without joints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_joint_error: Option<f64>,
-    /// Bodies whose state is no number at the end.
+    /// Number of bodies whose final state is not finite.
     #[serde(default)]
     pub lost: usize,
-    /// Runs that this row is made of.
+    /// Number of runs in this row.
     #[serde(default = "one")]
     pub runs: usize,
-    /// Times of the stages, their medians over the runs; of peers only Box3D tells some, by its own clock and names.
+    /// Times of the stages, as medians over the runs. Among the peers only Box3D reports some, with
+    /// its own clock and names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stages_ms: Option<Stages>,
 }
@@ -64,18 +65,19 @@ const fn one() -> usize {
     1
 }
 
-/// Runs of one engine that should be alike ended in different states.
+/// Two final states of runs of one engine that should be equal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deviation {
     /// The hash of the first run.
     pub first: String,
-    /// Another one.
+    /// A different hash of another run.
     pub other: String,
 }
 
 impl Row {
-    /// One row of several runs of the same engine on the same scene; none of no runs. What is not a
-    /// time is taken from the first; if another ended in another state, that is told too.
+    /// Merges several runs of the same engine on the same scene into one row; `None` if there are
+    /// none. All fields except times are those of the first run. The result also reports a run with
+    /// a different final state.
     #[must_use]
     pub fn merge(runs: &[Self]) -> Option<(Self, Option<Deviation>)> {
         let first = runs.first()?;
@@ -90,7 +92,7 @@ impl Row {
         let row = Self {
             ms_per_step,
             max_penetration: deepest,
-            // It stands if it stood in every run.
+            // The scene stands if it stood in every run.
             stands: first.stands.map(|_| runs.iter().all(|r| r.stands == Some(true))),
             runs: runs.iter().map(|r| r.runs).sum(),
             stages_ms: first.stages_ms.as_ref().map(|stages| stages.medians(runs)),
@@ -113,7 +115,7 @@ impl Stages {
     }
 }
 
-/// The middle value, or the mean of the two in the middle; 0 of none.
+/// The middle value, or the mean of the two middle values; 0 if there are none.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let (low, high) = (values.len().saturating_sub(1) / 2, values.len() / 2);
@@ -159,7 +161,7 @@ impl<'de> Deserialize<'de> for Stages {
 pub(crate) mod tests {
     use super::{MsPerStep, Row, Stages};
 
-    /// A row whose run took `ms` a step.
+    /// A row whose run took `ms` per step.
     pub(crate) fn row(engine: &str, threads: usize, ms: f64) -> Row {
         Row {
             scene: "stack".to_owned(),

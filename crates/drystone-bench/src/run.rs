@@ -1,4 +1,4 @@
-//! A run: every step timed by itself, poses copied at some steps, judged after the last.
+//! A run: every step is timed, poses are copied after some steps, and judged after the last.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -14,32 +14,32 @@ use crate::scenes::times_first_step;
 use crate::series::{Series, milliseconds};
 use crate::standing::stands;
 
-/// Poses are copied after so many steps, evenly over the run, the last one included.
+/// Number of times poses are copied, evenly over the run, including after the last step.
 const SAMPLES: u64 = 8;
 
-/// What is to be run.
+/// A run to be measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Order<'a> {
-    /// What the user calls the scene.
+    /// The scene's name as the user wrote it.
     pub spec: &'a str,
     /// The scene.
     pub scene: &'a Scene,
-    /// Threads, the caller included.
+    /// Number of threads, including the caller.
     pub threads: usize,
-    /// Steps; at least 2.
+    /// Number of steps; at least 2.
     pub steps: u64,
 }
 
-/// The bodies that are there and move, by number.
+/// Numbers of the moving bodies that exist.
 #[derive(Debug, Default)]
 struct Movers {
     numbers: Vec<usize>,
-    /// How many came, and how many of them left.
+    /// Number of bodies added so far, and number of those removed.
     bodies: usize,
     gone: usize,
 }
 
-/// Bodies that moved and were there after a step, and their states.
+/// The moving bodies after a step, and their states.
 #[derive(Debug)]
 struct Sample {
     numbers: Vec<usize>,
@@ -68,7 +68,7 @@ impl Movers {
 /// Runs the scene once with this engine.
 ///
 /// # Errors
-/// The engine cannot run the scene.
+/// Fails if the engine cannot run the scene.
 pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
     let scene = order.scene;
     let dt = scene.hz.recip();
@@ -85,7 +85,7 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
     let mut ms = Series::default();
     for step in 0..order.steps {
         match scene.script.action(step) {
-            // A film asks nothing of physics.
+            // A film needs no physics.
             ScriptAction::None | ScriptAction::Film(_) => {}
             ScriptAction::Aim { body, position } => engine.aim(body, position, dt)?,
             ScriptAction::Loads(loads) => loads.iter().try_for_each(|load| engine.pull(load))?,
@@ -149,7 +149,7 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
 
 /// Whether poses are copied after `done` of `steps` steps.
 const fn is_sample(done: u64, steps: u64) -> bool {
-    // The number of samples due grows by one at this step.
+    // The number of samples due increases at this step.
     done * SAMPLES / steps > (done - 1) * SAMPLES / steps
 }
 
@@ -179,7 +179,7 @@ mod tests {
         let (one, two) = (run(1), run(2));
         assert_eq!((one.bodies, one.steps, one.stands), (4, 30, Some(true)));
         assert_eq!(one.hash, two.hash);
-        // The hash is that of `drystone simulate`: of the world after 30 steps.
+        // The hash equals that of `drystone simulate` for the world after 30 steps.
         let mut running = scene.build().unwrap();
         for _ in 0..30 {
             running.step(1.0 / 60.0).unwrap();

@@ -1,5 +1,5 @@
-//! What threads gain: a world on one thread and its twin on several, step by step in turn. Whatever else the machine
-//! does, and however its clock and its caches are shared, both meet the same of it.
+//! The speedup of threads. A world on one thread and its twin on several alternate step by step, so
+//! that other load, the clock rate and shared caches affect both alike.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -15,42 +15,42 @@ use crate::run::Order;
 use crate::scenes::times_first_step;
 use crate::series::{Series, milliseconds};
 
-/// The loop without memory is timed in every so many steps.
+/// Interval, in steps, at which the loop without memory access is timed.
 const EVERY: u64 = 4;
 
-/// Its chunks, and the rounds of each: about 0.8 ms on one thread.
+/// Number of chunks of that loop, and rounds per chunk: about 0.8 ms on one thread.
 const CHUNKS: usize = 16;
 const ROUNDS: u32 = 20_000;
 
-/// What several threads gained in a scene.
+/// The speedup of several threads in a scene.
 #[derive(Clone, Debug)]
 pub struct Scaling {
-    /// What the user calls the scene.
+    /// The scene's name as the user wrote it.
     pub scene: String,
-    /// Threads, the caller included.
+    /// Number of threads, including the caller.
     pub threads: usize,
-    /// Mean time of a step on one thread, and on these [ms].
+    /// Mean time of a step on one thread, and on several [ms].
     pub ms_per_step: [f64; 2],
-    /// The same of each stage.
+    /// Mean times of each stage on one thread, and on several.
     pub stages_ms: [Stages; 2],
-    /// How many times as fast a loop that touches no memory is on these threads: what the machine has to give.
+    /// Speedup of a loop without memory access on these threads: the limit of the machine.
     pub machine: f64,
-    /// That of the state at the end, the same of both.
+    /// Hash of the final state, which is the same for both.
     pub hash: u64,
 }
 
 impl Scaling {
-    /// How many times as fast a step is as on one thread.
+    /// Speedup of a step over one thread.
     #[must_use]
     pub fn gain(&self) -> f64 {
         self.ms_per_step[0] / self.ms_per_step[1]
     }
 }
 
-/// Runs the scene on one thread and on those of the order, in turn.
+/// Runs the scene on one thread and on the order's threads, alternating.
 ///
 /// # Errors
-/// The scene cannot be run, or the two do not end in the same state.
+/// Fails if the scene cannot be run, or the two final states differ.
 pub fn scaling(order: &Order<'_>) -> Result<Scaling, EngineError> {
     let dt = order.scene.hz.recip();
     let mut twins = [Own::build(order.scene, 1)?, Own::build(order.scene, order.threads)?];
@@ -58,7 +58,8 @@ pub fn scaling(order: &Order<'_>) -> Result<Scaling, EngineError> {
     let mut ms = [Series::default(), Series::default()];
     let mut loops = [Series::default(), Series::default()];
     for step in 0..order.steps {
-        // Who goes first finds the caches as the other left them.
+        // The twins take turns to go first, because the second finds the caches as the first left
+        // them.
         let turns = if step % 2 == 0 { [0, 1] } else { [1, 0] };
         for i in turns {
             let spent = twins[i].run(dt)?;
@@ -90,9 +91,9 @@ pub fn scaling(order: &Order<'_>) -> Result<Scaling, EngineError> {
     })
 }
 
-/// How long a loop takes that has all it needs in registers.
+/// Duration of a loop that needs only registers.
 fn without_memory(jobs: &dyn Executor) -> Duration {
-    // Who sleeps wakes before the clock runs.
+    // Wakes sleeping workers before the clock starts.
     jobs.run(CHUNKS, &|_, _| turn(ROUNDS / 20));
     let start = Instant::now();
     jobs.run(CHUNKS, &|_, _| turn(ROUNDS));
@@ -110,7 +111,8 @@ fn turn(rounds: u32) {
     black_box(numbers);
 }
 
-/// A line for each under a line of titles; what each stage of more than a hundredth of a step gained in a line below.
+/// Returns a line for each scene under a line of titles. A second line lists the speedup of each
+/// stage that takes more than a hundredth of a step.
 #[must_use]
 pub fn scaling_listing(all: &[Scaling]) -> String {
     let titles =
@@ -152,7 +154,7 @@ mod tests {
 
     #[test]
     fn twins_are_measured_in_turn_and_end_as_one() {
-        // A scene with a script: both follow it.
+        // A scene with a script, which both twins follow.
         let scene = named("large_world:tiles=4").unwrap();
         let order = Order { spec: "large_world:tiles=4", scene: &scene, threads: 2, steps: 12 };
         let found = scaling(&order).unwrap();

@@ -1,10 +1,10 @@
-//! Which scenes, for how long, and timed from which step on.
+//! The scenes, their number of steps, and the first timed step.
 
 use std::path::Path;
 
 use drystone_scene::{CatalogError, Scene, gltf, mjcf, named, urdf};
 
-/// Scenes that Box3D's benchmark has: the first step is not timed.
+/// Scenes of Box3D's benchmark: the first step is not timed.
 const BOX3D: [&str; 11] = [
     "large_pyramid",
     "many_pyramids",
@@ -19,12 +19,12 @@ const BOX3D: [&str; 11] = [
     "large_world",
 ];
 
-/// Scenes that Jolt's performance test has: all steps are timed. Its people are as limp as ours on a flat ground;
-/// there motors hold their pose, and they fall on a part of a game's level.
+/// Scenes of Jolt's performance test: all steps are timed. Our ragdolls are limp and fall on flat
+/// ground. In Jolt's test, motors hold their pose, and they fall on a part of a game's level.
 const JOLT: [&str; 5] =
     ["jolt_pyramid", "convex_vs_mesh", "large_mesh", "high_speed", "ragdolls:n=160"];
 
-/// Scenes that tell how well an engine does it, more than how fast.
+/// Scenes that measure quality rather than speed.
 const QUALITY: [&str; 10] = [
     "stack:n=10",
     "stack:n=30",
@@ -38,36 +38,38 @@ const QUALITY: [&str; 10] = [
     "arch",
 ];
 
-/// A scene cannot be run.
+/// The reason a scene cannot be run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
-    /// It is not in the catalog.
+    /// The scene is not in the catalog.
     #[error("{spec}: {error}")]
     Catalog {
-        /// As the user wrote it.
+        /// The scene as the user wrote it.
         spec: String,
-        /// What is wrong with it.
+        /// The catalog's error.
         error: CatalogError,
     },
-    /// A file cannot be read; the error names it.
+    /// A file cannot be read; the error has its name.
     #[error("{0}")]
     File(drystone_scene::SceneError),
-    /// A list with nothing between two commas.
+    /// The list has nothing between two commas.
     #[error("a scene has no name, expected a list such as stack:n=30,top_mass_ratio=100,washer")]
     Empty,
 }
 
-/// The scenes of a list `S,S,…`, each with its name as written. Parameters are separated by commas too:
-/// `stack:n=30,top_mass_ratio=100,washer` are two scenes. The names `box3d`, `jolt`, `quality` and `all`
-/// stand for groups of scenes; what ends as `.gltf`, `.glb`, `.urdf` or `.xml` is a file.
+/// Parses a list `S,S,…` into scenes, each with its name as written. Commas also separate
+/// parameters: `stack:n=30,top_mass_ratio=100,washer` has two scenes. The names `box3d`, `jolt`,
+/// `quality` and `all` are groups of scenes. A name that ends in `.gltf`, `.glb`, `.urdf` or `.xml`
+/// is a file.
 ///
 /// # Errors
-/// A scene that the catalog does not have, or not with these parameters; a file that cannot be read.
+/// Fails if the catalog does not have a scene, or not with these parameters, or if a file cannot be
+/// read.
 pub fn expand(list: &str) -> Result<Vec<(String, Scene)>, SceneError> {
     let mut specs: Vec<String> = Vec::new();
     for part in list.split(',').map(str::trim) {
         match specs.last_mut() {
-            // A parameter of the scene before it.
+            // A parameter of the previous scene.
             Some(last) if part.contains('=') && !part.contains(':') && last.contains(':') => {
                 last.push(',');
                 last.push_str(part);
@@ -115,14 +117,14 @@ fn group(name: &str) -> Vec<&str> {
     }
 }
 
-/// Steps that a scene is measured for unless something else is said.
+/// Default number of measured steps of a scene.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
 pub fn default_steps(scene: &Scene) -> u64 {
     ((scene.seconds * scene.hz).round() as u64).max(2)
 }
 
-/// Whether the first step, in which contacts and trees are built, is timed too.
+/// Whether the first step, which builds contacts and trees, is timed too.
 #[must_use]
 pub fn times_first_step(spec: &str) -> bool {
     let name = |spec: &str| spec.split(':').next().unwrap_or_default().trim().to_owned();

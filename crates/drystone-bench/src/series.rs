@@ -1,28 +1,28 @@
-//! Values of each step, and the clock of the stages.
+//! Values per step, and the clock of the stages.
 
 use std::time::{Duration, Instant};
 
 use crate::row::Stages;
 
-/// Values of each step, for maximum, mean and percentiles.
+/// Values per step, with maximum, mean and percentiles.
 #[derive(Clone, Debug, Default)]
 pub struct Series {
     values: Vec<f64>,
 }
 
 impl Series {
-    /// One more value.
+    /// Adds a value.
     pub fn push(&mut self, value: f64) {
         self.values.push(value);
     }
 
-    /// How many there are.
+    /// Number of values.
     #[must_use]
     pub fn len(&self) -> u64 {
         self.values.len() as u64
     }
 
-    /// True if there is none.
+    /// True if there are no values.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
@@ -34,25 +34,25 @@ impl Series {
         self.values.iter().sum()
     }
 
-    /// Their mean; 0 if there is none.
+    /// Their mean; 0 if there are none.
     #[must_use]
     pub fn mean(&self) -> f64 {
         if self.values.is_empty() { 0.0 } else { self.sum() / count_as_f64(self.values.len()) }
     }
 
-    /// The largest; 0 if there is none.
+    /// The largest value; 0 if there are none.
     #[must_use]
     pub fn max(&self) -> f64 {
         self.values.iter().copied().reduce(f64::max).unwrap_or(0.0)
     }
 
-    /// The last; 0 if there is none.
+    /// The last value; 0 if there are none.
     #[must_use]
     pub fn last(&self) -> f64 {
         self.values.last().copied().unwrap_or(0.0)
     }
 
-    /// The smallest value that at least `percent` in a hundred do not exceed; 0 if there is none.
+    /// The smallest value that at least `percent` in a hundred do not exceed; 0 if there are none.
     #[must_use]
     pub fn percentile(&self, percent: usize) -> f64 {
         let mut sorted = self.values.clone();
@@ -62,14 +62,14 @@ impl Series {
     }
 }
 
-/// A count as a number to divide by.
+/// Converts a count, for divisions.
 #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^52")]
 #[must_use]
 pub const fn count_as_f64(n: usize) -> f64 {
     n as f64
 }
 
-/// Takes the time of the stages of a step: the engine has no clock.
+/// Times the stages of a step, because the engine has no clock.
 #[derive(Debug)]
 pub struct StageClock {
     totals: Vec<(&'static str, Duration)>,
@@ -83,25 +83,25 @@ impl Default for StageClock {
 }
 
 impl StageClock {
-    /// Nothing measured yet.
+    /// Makes a clock without measurements.
     #[must_use]
     pub fn new() -> Self {
         Self { totals: Vec::new(), last: Instant::now() }
     }
 
-    /// A step begins.
+    /// Begins a step.
     pub fn begin(&mut self) {
         self.last = Instant::now();
     }
 
-    /// A stage has ended.
+    /// Ends a stage.
     pub fn stage(&mut self, name: &'static str) {
         let now = Instant::now();
         self.add(name, now - self.last);
         self.last = now;
     }
 
-    /// A stage took this long, by whatever clock.
+    /// Adds the duration of a stage, from any clock.
     pub fn add(&mut self, name: &'static str, spent: Duration) {
         match self.totals.iter_mut().find(|(known, _)| *known == name) {
             Some((_, total)) => *total += spent,
@@ -116,7 +116,7 @@ impl StageClock {
         self.totals.iter().map(|&(name, total)| (name, milliseconds(total) / steps)).collect()
     }
 
-    /// The same, as a row has them.
+    /// The same times, in the form of a row.
     #[must_use]
     pub fn stages(&self, steps: u64) -> Stages {
         Stages(self.means(steps).into_iter().map(|(name, ms)| (name.to_owned(), ms)).collect())

@@ -1,16 +1,18 @@
-//! Whether what should stand still stands: one criterion for every engine, from poses alone.
+//! Decides whether a scene that should stand still does, by one criterion for every engine, from
+//! poses alone.
 //!
-//! A body has fallen if it moved sideways by more than its own radius (of its shapes about its origin),
-//! turned by more than 30 degrees, or came down by more than its radius plus a tenth of its height
-//! over the lowest body. The last leaves room for sag: how soft contacts are is told by the penetration.
+//! A body has fallen if it moved sideways by more than its own radius (of its shapes about its
+//! origin) or turned by more than 30 degrees. It has also fallen if it came down by more than its
+//! radius plus a tenth of its height over the lowest body. That tenth leaves room for sag;
+//! penetration measures the softness of contacts.
 
 use drystone::{BodyKind, Shape, ShapeDef, Vec3};
 use drystone_scene::{Scene, SceneBody};
 
 use crate::engine::BodyState;
 
-/// Scenes that should stand, and the part of a body's height over the lowest one that is air at the
-/// start, through which it comes down.
+/// Scenes that should stand. The number is the fraction of a body's height over the lowest body
+/// that is air at the start, through which the body drops.
 const STANDING: [(&str, f32); 14] = [
     ("stack", 0.0),
     ("pyramid", 0.0),
@@ -29,14 +31,14 @@ const STANDING: [(&str, f32); 14] = [
     ("jolt_pyramid", 0.2),
 ];
 
-/// Cosine of half of 30 degrees: that of the half angle is what a quaternion has.
+/// Cosine of half of 30 degrees: a quaternion holds the cosine of the half angle.
 const COS_HALF_TURN: f32 = 0.965_925_8;
 
-/// Part of a body's height that it may sag by.
+/// Fraction of a body's height that it may sag.
 const SAG: f32 = 0.1;
 
-/// Whether the scene stands, with these bodies in these states at its end; nothing if it is not one for
-/// standing, or if something is thrown in it.
+/// Whether the scene stands, with these bodies in these final states. `None` if the scene is not
+/// meant to stand, or if something is thrown in it.
 #[must_use]
 pub fn stands(
     spec: &str,
@@ -52,9 +54,9 @@ pub fn stands(
     still_stands(scene.config.gravity, bodies, states, *air)
 }
 
-/// Whether bodies that should stand do, with these in these states at the end under this gravity [m/s²];
-/// `air` is the part of a body's height over the lowest one through which it comes down at the start.
-/// Nothing without gravity.
+/// Whether bodies that should stand do, with these final states under this gravity [m/s²]. `air` is
+/// the fraction of a body's height over the lowest body through which it drops at the start. `None`
+/// without gravity.
 #[must_use]
 pub fn still_stands(
     gravity: Vec3,
@@ -76,13 +78,13 @@ pub fn still_stands(
         let cosine = (q.x * q0.x + q.y * q0.y + q.z * q0.z + q.w * q0.w).abs();
         let radius = body.def.shapes.iter().map(reach).fold(0.0, f32::max);
         let upright = sideways <= radius && drop <= radius + SAG * height;
-        // Written so that a state that is no number has fallen.
+        // Written so that a body with a NaN state has fallen.
         body.def.kind == BodyKind::Dynamic && !(upright && cosine >= COS_HALF_TURN)
     });
     Some(!fallen)
 }
 
-/// How far a shape reaches from its body's origin, at most [m].
+/// Maximum distance of a shape's points from its body's origin [m].
 fn reach(def: &ShapeDef) -> f32 {
     let own = match &def.shape {
         Shape::Sphere { radius } => *radius,
@@ -106,7 +108,7 @@ mod tests {
     use super::stands;
     use crate::engine::BodyState;
 
-    /// Whether the scene stands after `change` was made to the state of its last body.
+    /// Whether the scene stands after `change` was applied to the state of its last body.
     fn after(spec: &str, change: impl Fn(&mut Pose)) -> Option<bool> {
         let scene: Scene = named(spec).unwrap();
         let bodies: Vec<&SceneBody> = scene.bodies.iter().collect();
@@ -126,7 +128,7 @@ mod tests {
         let moved = |by: Vec3| after(spec, |pose| pose.position += by);
         assert_eq!(moved(Vec3::ZERO), Some(true));
         assert_eq!(moved(vec3(0.0, -0.5, 0.0)), Some(true));
-        // Its radius is 0.87 m and it is 9 m up: 1.77 m is the limit.
+        // Its radius is 0.87 m and its height 9 m, so 1.77 m is the limit.
         assert_eq!(moved(vec3(0.0, -1.7, 0.0)), Some(true));
         assert_eq!(moved(vec3(0.0, -1.8, 0.0)), Some(false));
         assert_eq!(moved(vec3(0.9, 0.0, 0.0)), Some(false));

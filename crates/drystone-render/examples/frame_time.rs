@@ -1,4 +1,5 @@
-//! How long a picture takes: `cargo run --release -p drystone-render --example frame_time [SCENE]`.
+//! Measures the time per picture: `cargo run --release -p drystone-render --example frame_time
+//! [SCENE]`.
 
 use std::error::Error;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Where a picture is taken from.
+//! The camera of a picture.
 
 use drystone::math::trig;
 use drystone::{Vec3, vec3};
@@ -6,11 +6,11 @@ use drystone::{Vec3, vec3};
 /// A camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it is [m, world].
+    /// Position [m, world].
     pub eye: Vec3,
-    /// What is in the middle of the picture [m, world].
+    /// The point in the middle of the picture [m, world].
     pub target: Vec3,
-    /// What points up in the picture; need not be perpendicular to the view [world].
+    /// The direction that is up in the picture; need not be perpendicular to the view [world].
     pub up: Vec3,
     /// Angle from the lower to the upper edge of the picture [rad], above 0 and below π.
     pub field_of_view: f32,
@@ -19,11 +19,11 @@ pub struct Camera {
 /// Columns of a 4×4 matrix.
 pub(crate) type Columns = [[f32; 4]; 4];
 
-/// Angle of view of a camera that is not told otherwise [rad]: 35°, a calm lens.
+/// Default angle of view of a camera [rad]: 35°, with little distortion by perspective.
 pub const FIELD_OF_VIEW: f32 = 0.61;
 
 impl Camera {
-    /// Right, up and forward in the picture: unit, perpendicular [world].
+    /// The right, up and forward directions of the picture: perpendicular unit vectors [world].
     #[must_use]
     pub fn axes(&self) -> [Vec3; 3] {
         let forward = (self.target - self.eye).normalize_or(-Vec3::Z);
@@ -32,26 +32,27 @@ impl Camera {
         [right, right.cross(forward), forward]
     }
 
-    /// Distance of eye and target [m].
+    /// Distance from eye to target [m].
     #[must_use]
     pub fn distance(&self) -> f32 {
         (self.target - self.eye).length()
     }
 
-    /// Half the height and half the width of the picture at distance 1, for a picture `aspect` times
-    /// as wide as high.
+    /// Half the height and half the width of the picture at distance 1. The picture is `aspect`
+    /// times as wide as high.
     pub(crate) fn half_size(&self, aspect: f32) -> (f32, f32) {
         let half = (0.5 * self.field_of_view).clamp(1.0e-3, 1.5);
         let half_height = trig::tan(half);
         (half_height, half_height * aspect)
     }
 
-    /// The nearest distance that is drawn [m].
+    /// Distance of the near plane [m].
     pub(crate) fn near(&self) -> f32 {
         (0.01 * self.distance()).clamp(1.0e-4, 1.0e3)
     }
 
-    /// Clip space from the world with its origin at `origin`; depth 1 at the near plane, 0 far away.
+    /// Transform from the world, with its origin at `origin`, to clip space; depth is 1 at the near
+    /// plane and 0 at infinity.
     pub(crate) fn matrix(&self, origin: Vec3, aspect: f32) -> Columns {
         let [right, above, forward] = self.axes();
         let (half_height, half_width) = self.half_size(aspect);
@@ -65,7 +66,8 @@ impl Camera {
         ]
     }
 
-    /// The direction through a place of the picture, from −1 to 1 to the right and up: unit [world].
+    /// The direction through a point of the picture, given from −1 to 1 to the right and up: unit
+    /// [world].
     #[must_use]
     pub fn ray(&self, x: f32, y: f32, aspect: f32) -> Vec3 {
         let [right, above, forward] = self.axes();
@@ -73,8 +75,8 @@ impl Camera {
         (forward + right * (x * half_width) + above * (y * half_height)).normalize_or(forward)
     }
 
-    /// The camera turned about its target: by `yaw` about the picture's up direction, then by `pitch`
-    /// upward [rad]. It stops short of looking straight up or down.
+    /// The camera turned about its target: by `yaw` about the picture's up direction, then by
+    /// `pitch` upward [rad]. The turn stops short of looking straight up or down.
     #[must_use]
     pub fn orbited(&self, yaw: f32, pitch: f32) -> Self {
         let up = self.up.normalize_or(Vec3::Y);
@@ -97,7 +99,7 @@ impl Camera {
         Self { eye: self.target + back * distance, ..*self }
     }
 
-    /// The camera moved sideways: by these parts of half the picture's height at the target.
+    /// The camera moved sideways, by these fractions of half the picture's height at the target.
     #[must_use]
     pub fn panned(&self, right: f32, above: f32) -> Self {
         let axes = self.axes();
@@ -107,15 +109,15 @@ impl Camera {
     }
 }
 
-/// Two unit directions perpendicular to `up` and to each other: for y up those of x and z.
+/// Two unit directions perpendicular to `up` and to each other: the x and z axes if y is up.
 pub(crate) fn horizontal_axes(up: Vec3) -> (Vec3, Vec3) {
     let reference = if up.y.abs() > 0.9 { Vec3::Z } else { -Vec3::Y };
     let side = up.cross(reference).normalize_or(Vec3::X);
     (side, side.cross(up))
 }
 
-/// The unit direction `yaw` about `up` from the second horizontal axis toward the first and `pitch`
-/// above the horizon [rad].
+/// Unit direction at the angle `yaw` about `up`, from the second horizontal axis toward the first,
+/// and `pitch` above the horizon [rad].
 pub(crate) fn spherical(up: Vec3, yaw: f32, pitch: f32) -> Vec3 {
     let (side, ahead) = horizontal_axes(up);
     let (sy, cy) = trig::sin_cos(yaw);
@@ -124,7 +126,7 @@ pub(crate) fn spherical(up: Vec3, yaw: f32, pitch: f32) -> Vec3 {
 }
 
 impl Default for Camera {
-    /// Ten meters off, a little above the origin.
+    /// 10 m from the origin and a little above it.
     fn default() -> Self {
         Self {
             eye: vec3(4.0, 3.0, 9.0),

@@ -1,18 +1,19 @@
-//! A renderer with a picture in memory: no window, no display.
+//! A renderer with a picture in memory; it needs no window and no display.
 
 use crate::camera::Camera;
 use crate::drawing::Drawing;
 use crate::error::RenderError;
 use crate::renderer::{Renderer, check_size, limits};
 
-/// A picture: rows from the top, red, green, blue and opacity (always 255) of each point, sRGB.
+/// A picture: rows from the top, with red, green, blue and opacity (always 255) of each pixel, in
+/// sRGB.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Points across.
+    /// Width in pixels.
     pub width: u32,
-    /// Points down.
+    /// Height in pixels.
     pub height: u32,
-    /// Four bytes a point.
+    /// Four bytes per pixel.
     pub rgba: Vec<u8>,
 }
 
@@ -28,7 +29,8 @@ pub struct Canvas {
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 impl Canvas {
-    /// A canvas of this size [px] on the best device of the machine; a software renderer will do.
+    /// Makes a canvas of this size [px] on the best device of the machine, which may be a software
+    /// renderer.
     ///
     /// # Errors
     /// There is no device, or it cannot draw pictures of this size.
@@ -36,7 +38,7 @@ impl Canvas {
         Self::within(width, height, limits)
     }
 
-    /// As [`Self::new`], on a device that may use so much.
+    /// As [`Self::new`], on a device with these limits.
     fn within(
         width: u32,
         height: u32,
@@ -45,7 +47,7 @@ impl Canvas {
         let (adapter, device, queue) = pollster::block_on(open(limits))?;
         check_size(&device, width, height)?;
         let info = adapter.get_info();
-        // First of all: it keeps errors of the device from ending the program.
+        // The renderer comes first because it keeps device errors from ending the program.
         let renderer = Renderer::new(device.clone(), queue, FORMAT);
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("canvas"),
@@ -89,8 +91,8 @@ impl Canvas {
         self.read(self.size())
     }
 
-    /// Tells the device what to draw and does not wait for it: what a picture in a window costs its
-    /// program.
+    /// Submits a picture to the device without waiting for it. A picture in a window costs its
+    /// program the same.
     ///
     /// # Errors
     /// The device failed.
@@ -118,7 +120,7 @@ impl Canvas {
         queue.submit([encoder.finish()]);
         let (sender, receiver) = std::sync::mpsc::channel();
         self.copy.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The other end waits below.
+            // The receiver waits below.
             let _ = sender.send(result);
         });
         let failed = |why: &dyn std::fmt::Display| RenderError::Device(why.to_string());
@@ -137,7 +139,7 @@ impl Canvas {
     }
 }
 
-/// Bytes from row to row of a copied picture: a multiple of what devices can copy.
+/// Bytes per row of a copied picture, a multiple of the alignment that devices require.
 const fn stride(width: u32) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }

@@ -1,22 +1,22 @@
-//! Which color a body has.
+//! Colors of bodies.
 
 use drystone::BodyKind;
 
-/// A color as a screen takes it: red, green, blue, opacity.
+/// An sRGB color: red, green, blue, opacity.
 pub type Color = [u8; 4];
 
-/// What stands still: stone.
+/// Static bodies: stone.
 pub(crate) const STATIC: Color = [176, 173, 166, 255];
 /// The ground.
 pub(crate) const GROUND: Color = [178, 176, 170, 255];
 /// Rods and ropes of joints.
 pub(crate) const ROD: Color = [84, 80, 76, 255];
-/// Particles of ropes and cloths, and what links them.
+/// Particles of ropes and cloths, and the links between them.
 pub(crate) const THREAD: Color = [196, 152, 96, 255];
-/// Particles that nothing links.
+/// Particles without links.
 pub(crate) const DUST: Color = [214, 196, 150, 255];
 
-/// Earth and slate: muted, and apart in lightness, so that neighbors differ in grey too.
+/// Muted earth and slate colors. They differ in lightness, so that neighbors also differ in grey.
 const PALETTE: [[u8; 3]; 8] = [
     [201, 121, 91],
     [222, 196, 148],
@@ -28,7 +28,7 @@ const PALETTE: [[u8; 3]; 8] = [
     [201, 155, 74],
 ];
 
-/// What is moved by its script, or by a film: slate, calmer than what moves by itself.
+/// Bodies that a script or a film moves: slate, less vivid than the colors of dynamic bodies.
 const SLATE: [[u8; 3]; 8] = [
     [92, 104, 120],
     [126, 134, 142],
@@ -40,7 +40,7 @@ const SLATE: [[u8; 3]; 8] = [
     [150, 148, 140],
 ];
 
-/// The color of the body with this number: the same in every picture.
+/// The color of the body with this number, the same in every picture.
 #[must_use]
 pub fn body_color(kind: BodyKind, number: u32) -> Color {
     match kind {
@@ -50,7 +50,8 @@ pub fn body_color(kind: BodyKind, number: u32) -> Color {
     }
 }
 
-/// One of eight colors, scattered so that rows of equal bodies show no stripes, and no two of one hue quite alike.
+/// Picks one of eight colors at random by number, so that rows of equal bodies show no stripes.
+/// Bodies of one hue differ slightly.
 fn scattered(colors: &[[u8; 3]; 8], number: u32) -> Color {
     let mixed = number.wrapping_add(1).wrapping_mul(0x9E37_79B9);
     let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x85EB_CA6B);

@@ -1,4 +1,5 @@
-//! What is to be drawn of a world: forms with their places, rods, lines. Knows no graphics device.
+//! The content of a picture of a world: placed forms, rods, lines. Independent of the graphics
+//! device.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -22,26 +23,27 @@ const GRID: u32 = 2;
 const DIM: u32 = 4;
 /// Drawn as picked.
 const HIGHLIGHT: u32 = 8;
-/// The color tells something: it covers that of a material.
+/// The color carries information: it replaces the color of a material.
 const TINT: u32 = 16;
 
-/// A level static plate with half edges of this part of what is framed is floor: it has a grid.
+/// A level static plate counts as floor, which has a grid, if its half edges are at least this
+/// fraction of the subject's radius.
 const FLOOR: f32 = 0.5;
-/// An upright one is a wall: it must not hide what moves.
+/// An upright plate counts as a wall, which must not hide moving bodies, from this fraction on.
 const WALL: f32 = 0.2;
-/// Half the edge of the square that stands for a half-space, in radii of what is framed.
+/// Half the edge of the square that stands for a half-space, in radii of the subject.
 const HORIZON: f32 = 400.0;
 
-/// What is left of a wall that hides what moves.
+/// Color of the outline that replaces a wall in front of moving bodies.
 const OUTLINE: Color = [70, 74, 80, 120];
 
-/// A form at a place.
+/// A placed form.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Instance {
-    /// Origin [m, relative to the drawing's].
+    /// Origin [m, relative to the drawing's origin].
     pub(crate) position: [f32; 3],
-    /// Half the distance of a capsule's ends [m].
+    /// Half the distance between a capsule's ends [m].
     pub(crate) end: f32,
     pub(crate) rotation: [f32; 4],
     pub(crate) scale: [f32; 3],
@@ -49,70 +51,72 @@ pub(crate) struct Instance {
     pub(crate) finish: u32,
 }
 
-/// A line on top of everything.
+/// A line drawn over everything else.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Line {
-    /// From [m, relative to the drawing's origin].
+    /// Start [m, relative to the drawing's origin].
     pub(crate) a: [f32; 3],
     /// Width [px].
     pub(crate) width: f32,
-    /// To [m, relative to the drawing's origin].
+    /// End [m, relative to the drawing's origin].
     pub(crate) b: [f32; 3],
     pub(crate) color: Color,
 }
 
-/// All places of a form.
+/// All instances of a form.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) form: Form,
     pub(crate) instances: Vec<Instance>,
 }
 
-/// How bodies look.
+/// Options for how bodies look.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Look<'a> {
-    /// Bodies that sleep are drawn dim.
+    /// Draws sleeping bodies dim.
     pub dim_asleep: bool,
-    /// This body is drawn as picked.
+    /// The body to draw as picked.
     pub picked: Option<drystone::BodyId>,
-    /// The color of a body, by its slot; a body without one has its own.
+    /// Colors of bodies by slot; a body without an entry has its default color.
     pub colors: Option<&'a [Color]>,
-    /// Where a body is drawn instead of where it is, by its slot: between two steps.
+    /// Poses to draw bodies at instead of their own, by slot: for pictures between two steps.
     pub poses: Option<&'a [Pose]>,
-    /// What bodies and surroundings look like, if a file says it.
+    /// Visuals of bodies and surroundings, if a file has them.
     pub visuals: Option<&'a Arc<Visuals>>,
-    /// Collision shapes are drawn all the same.
+    /// Draws collision shapes in addition to visuals.
     pub colliders: bool,
 }
 
-/// What is to be drawn of a world.
+/// The content of a picture of a world.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    /// Places are relative to this one [m, world]: far from the world's origin f32 is coarse.
+    /// Positions are relative to this point [m, world], because f32 is coarse far from the world's
+    /// origin.
     pub(crate) origin: Vec3,
-    /// Against gravity, unit.
+    /// Direction against gravity, unit.
     pub(crate) up: Vec3,
-    /// Radius of what is framed [m].
+    /// Radius of the subject [m].
     pub(crate) radius: f32,
-    /// Middle of what is framed [m, world].
+    /// Middle of the subject [m, world].
     pub(crate) middle: Vec3,
     pub(crate) batches: Vec<Batch>,
     pub(crate) lines: Vec<Line>,
-    /// Upright static boxes, thin and large: not drawn where they would hide what moves.
+    /// Large thin upright static boxes; not drawn where they would hide moving bodies.
     pub(crate) walls: Vec<Instance>,
-    /// The box around what moves [m, relative to the origin].
+    /// The box around everything that moves [m, relative to the origin].
     pub(crate) core: Aabb,
 }
 
-/// Gathers what is to be drawn for picture after picture, and keeps what does not change between them.
+/// Gathers the content of one picture after another, and keeps the parts that do not change between
+/// them.
 #[derive(Debug, Default)]
 pub struct Gatherer {
     sheets: Sheets,
 }
 
 impl Gatherer {
-    /// What [`Drawing::of`] gives; the world may be another one each time.
+    /// Returns the same as [`Drawing::of`]; each call may be given another world.
     #[must_use]
     pub fn gather(&mut self, world: &World, subject: &Subject, look: &Look<'_>) -> Drawing {
         Drawing::gather(world, subject, look, &mut self.sheets)
@@ -120,8 +124,8 @@ impl Gatherer {
 }
 
 impl Drawing {
-    /// What is to be drawn of a world as it is now; `subject` says what the picture is about. Sensors
-    /// are not drawn. A [`Gatherer`] is faster for many pictures.
+    /// The content of a picture of a world in its current state; `subject` is the subject of the
+    /// picture. Sensors are not drawn. A [`Gatherer`] is faster for many pictures.
     #[must_use]
     pub fn of(world: &World, subject: &Subject, look: &Look<'_>) -> Self {
         Gatherer::default().gather(world, subject, look)
@@ -168,7 +172,7 @@ impl Drawing {
                 drawing.add_rod(&mut batches, a, b);
             }
             for (id, anchor) in [(joint.body_a(), a), (joint.body_b(), b)] {
-                // A joint beside a body holds it by something.
+                // A joint outside a body's shapes holds it by a rod.
                 if let Some(body) = world.body(id).filter(|body| is_beside(world, body, anchor)) {
                     drawing.add_rod(&mut batches, body.center_of_mass(), anchor);
                 }
@@ -179,8 +183,8 @@ impl Drawing {
         drawing
     }
 
-    /// Cloths as surfaces, other particles as balls, rods and threads between them; springs only where nothing else
-    /// links.
+    /// Draws cloths as surfaces, other particles as balls, and rods and threads between them.
+    /// Springs are drawn only where no other link is.
     fn add_particles(&self, batches: &mut Batches, world: &World, sheets: &mut Sheets) {
         if world.particles().next().is_none() {
             return;
@@ -213,7 +217,7 @@ impl Drawing {
         }
     }
 
-    /// Meshes of a file at a place.
+    /// Meshes of a file at a pose.
     fn add_meshes(
         &self,
         batches: &mut Batches,
@@ -229,7 +233,7 @@ impl Drawing {
         }
     }
 
-    /// A line `width` wide [px] from `a` to `b` [m, world], on top of all bodies.
+    /// Adds a line `width` wide [px] from `a` to `b` [m, world], drawn over all bodies.
     pub fn add_line(&mut self, a: Vec3, b: Vec3, width: f32, color: Color) {
         let (a, b) = ((a - self.origin).to_array(), (b - self.origin).to_array());
         self.lines.push(Line { a, width, b, color });
@@ -271,20 +275,21 @@ impl Drawing {
         batches.push(form, self.instance(&pose, fit, color, finish));
     }
 
-    /// Whether a box is thin, and long both other ways: `part` of what is framed or more.
+    /// Whether a box is thin and long in both other directions, at least `part` of the subject's
+    /// radius.
     fn is_plate(&self, half: Vec3, part: f32) -> bool {
         let long = (0..3).filter(|&axis| half[axis] > part * self.radius).count();
         long >= 2 && half.min_element() < 0.25 * (half.x + half.y + half.z - half.max_element())
     }
 
-    /// Whether a box lies, rather than stands: its shortest edge is the most upright one.
+    /// Whether a box lies flat rather than stands: its shortest edge is the most upright one.
     fn is_level(&self, pose: &Pose, half: Vec3) -> bool {
         let up = pose.local_direction(self.up).abs();
         let shortest = (0..3).min_by(|&i, &j| half[i].total_cmp(&half[j])).unwrap_or(1);
         up[shortest] > 0.5
     }
 
-    /// The drawing as it is for a camera: walls that hide what moves are only outlines.
+    /// The drawing for a camera at `eye`: walls that hide moving bodies become outlines.
     pub(crate) fn seen_from(&self, eye: Vec3) -> Cow<'_, Self> {
         if self.walls.is_empty() {
             return Cow::Borrowed(self);
@@ -311,8 +316,8 @@ impl Drawing {
         }
     }
 
-    /// The square that stands for a half-space, under the middle of the picture; moved by whole cells,
-    /// so that the grid stays where it is.
+    /// The square that stands for a half-space, under the middle of the picture. It moves by whole
+    /// cells, so that the grid stays in place.
     fn square(&self, pose: &Pose, normal: Vec3, offset: f32) -> (Pose, Fit) {
         let turned = Pose::new(normal * offset, Quat::from_arc(Vec3::Y, normal));
         let plane = pose.compose(&turned);
@@ -325,7 +330,7 @@ impl Drawing {
         (Pose::new(at, plane.rotation), fit)
     }
 
-    /// Width of a cell of the grid [m]: a power of ten, a tenth to one of what is framed.
+    /// Width of a grid cell [m]: a power of ten, a tenth of the subject's radius to all of it.
     pub(crate) fn cell(&self) -> f32 {
         let mut cell = 1.0e-3;
         while cell < 0.12 * self.radius && cell < 1.0e6 {
@@ -334,7 +339,8 @@ impl Drawing {
         cell
     }
 
-    /// A rod or rope between two places [m, world]. A short one is no disc, however large the scene is.
+    /// Adds a rod or rope between two points [m, world]. Its radius is limited by its length, so
+    /// that a short rod is no disc in a large scene.
     fn add_rod(&self, batches: &mut Batches, a: Vec3, b: Vec3) {
         let thick = (0.004 * self.radius).min(0.1 * (b - a).length());
         self.add_cylinder(batches, [a, b], thick, ROD);
@@ -353,10 +359,10 @@ impl Drawing {
     }
 }
 
-/// What a file's meshes leave of collision shapes.
+/// The visuals of a file, which replace collision shapes.
 struct Dress<'a> {
     visuals: &'a Arc<Visuals>,
-    /// The file shows what stands fast: what it does not show of it is meant to be unseen.
+    /// The file shows static bodies, so those without visuals are meant to be invisible.
     surroundings: bool,
 }
 
@@ -368,7 +374,7 @@ impl<'a> Dress<'a> {
         Self { visuals, surroundings }
     }
 
-    /// Whether a body without meshes is not drawn.
+    /// Whether to leave out a body without meshes.
     fn hides(&self, body: &BodyRef<'_>) -> bool {
         self.surroundings && body.kind() == BodyKind::Static
     }
@@ -390,13 +396,13 @@ fn body_look(body: &BodyRef<'_>, look: &Look<'_>) -> (Color, u32) {
     (color, finish)
 }
 
-/// Where a body is drawn.
+/// The pose a body is drawn at.
 fn pose_of(body: &BodyRef<'_>, look: &Look<'_>) -> Pose {
     let between = look.poses.and_then(|p| p.get(body.id().index() as usize));
     between.copied().unwrap_or_else(|| body.pose())
 }
 
-/// Whether a place is outside of all shapes of a dynamic body.
+/// Whether a point is outside all shapes of a dynamic body.
 fn is_beside(world: &World, body: &BodyRef<'_>, place: Vec3) -> bool {
     let mut shapes = body.shapes().filter_map(|id| world.shape(id));
     let holds = |shape: ShapeRef<'_>| {
@@ -407,7 +413,7 @@ fn is_beside(world: &World, body: &BodyRef<'_>, place: Vec3) -> bool {
     body.kind() == BodyKind::Dynamic && !shapes.any(holds)
 }
 
-/// Whether a wall stands between the eye and a ninth of a box or more.
+/// Whether a wall hides a ninth of a box or more from the eye.
 fn hides(wall: &Instance, eye: Vec3, core: &Aabb) -> bool {
     let pose = Pose::new(wall.position, Quat::from(wall.rotation));
     let half = Vec3::from(wall.scale);
@@ -441,12 +447,12 @@ fn outline(wall: &Instance) -> impl Iterator<Item = Line> + use<> {
     })
 }
 
-/// Batches in the order in which their forms first came.
+/// Batches in the order in which their forms first appeared.
 #[derive(Debug, Default)]
 struct Batches {
     list: Vec<Batch>,
     number: std::collections::BTreeMap<[usize; 3], usize>,
-    /// Key and number of the last one: bodies often come in rows of one form.
+    /// Key and number of the last batch: bodies often come in rows of one form.
     last: Option<([usize; 3], usize)>,
 }
 
@@ -505,7 +511,7 @@ mod tests {
         assert!(seen.batches[1].instances[0].position[2] < 0.0);
     }
 
-    /// Two balls 200 m apart, one of which hangs by a joint 0.3 m beside its middle.
+    /// Two balls 200 m apart. One hangs from a joint 0.3 m beside its middle.
     #[test]
     fn a_short_rod_in_a_large_scene_is_no_disc() {
         let mut world = World::default();

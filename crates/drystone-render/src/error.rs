@@ -1,10 +1,10 @@
-//! Why a picture could not be made.
+//! Errors of the renderer.
 
-/// Why a picture could not be made.
+/// The reason a picture could not be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// There is no graphics device that can draw.
+    /// The machine has no graphics device that can draw.
     #[error(
         "no graphics device: neither a GPU with a Vulkan, Metal or Direct3D 12 driver nor a software \
          renderer was found ({reason}). Without a GPU Debian and Ubuntu draw in software with `apt-get \
@@ -12,7 +12,7 @@ pub enum RenderError {
          vulkan-loader`"
     )]
     NoDevice {
-        /// What the graphics library says.
+        /// The graphics library's message.
         reason: String,
     },
     /// A picture of this size cannot be drawn.
@@ -20,13 +20,13 @@ pub enum RenderError {
         "the picture size must be from 1x1 to {most}x{most} with at most {points} points in all (got {width}x{height})"
     )]
     Size {
-        /// Points across.
+        /// Width in pixels.
         width: u32,
-        /// Points down.
+        /// Height in pixels.
         height: u32,
-        /// The most on each side.
+        /// Maximum width and height.
         most: u32,
-        /// The most in all.
+        /// Maximum number of pixels.
         points: u64,
     },
     /// The device failed while drawing.

@@ -1,4 +1,5 @@
-//! Triangles of the kinds of shapes: a form is drawn once for all shapes that are it, scaled.
+//! Triangles of the kinds of shapes. A form is uploaded once for all shapes that are scaled copies
+//! of it.
 
 use std::sync::Arc;
 
@@ -13,9 +14,9 @@ use crate::sheet::Sheet;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Vertex {
-    /// Place in the form's units.
+    /// Position, in the form's units.
     place: [f32; 3],
-    /// Which end of a capsule it belongs to: −1 or 1, else 0.
+    /// The end of a capsule that the corner belongs to, −1 or 1; 0 for other forms.
     end: f32,
     normal: [f32; 3],
 }
@@ -43,12 +44,12 @@ pub(crate) struct VisualCorner {
     color: [f32; 4],
 }
 
-/// What is drawn once and then placed many times.
+/// A form: geometry that is uploaded once and placed many times.
 #[derive(Clone, Debug)]
 pub(crate) enum Form {
     /// Radius 1.
     Sphere,
-    /// Radius 1; the ends are moved apart.
+    /// Radius 1; the ends are moved apart for each instance.
     Capsule,
     /// Half extents 1.
     Box,
@@ -64,13 +65,14 @@ pub(crate) enum Form {
     Mesh(Arc<Mesh>),
     /// In meters from the drawing's origin.
     Sheet(Arc<Sheet>),
-    /// A mesh of a file, by its number, in meters.
+    /// A mesh of a file by its number, in meters.
     Visual(Arc<Visuals>, usize),
     /// A shape of a kind that has no form of its own, in meters.
     Other,
 }
 
-/// How a shape is its form: scale [m, form's axes] and half the distance of a capsule's ends [m].
+/// How to scale a form to a shape: scale [m, form's axes] and half the distance between a capsule's
+/// ends [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
     pub(crate) scale: Vec3,
@@ -78,7 +80,7 @@ pub(crate) struct Fit {
 }
 
 impl Form {
-    /// The form of a shape and how it fits.
+    /// The form of a shape, and its scale.
     pub(crate) fn of(shape: &Shape) -> (Self, Fit) {
         let fit = |x: f32, y: f32, z: f32| Fit { scale: Vec3::from([x, y, z]), end: 0.0 };
         match shape {
@@ -102,8 +104,8 @@ impl Form {
         }
     }
 
-    /// Tells forms apart. An address stands for a hull, a mesh, a sheet or a file's meshes: who keeps the key keeps the form
-    /// too, and keys are looked up, never put in order.
+    /// Key that identifies a form. Hulls, meshes, sheets and visuals are identified by address, so
+    /// the holder of a key must keep the form too. Keys are only looked up, never ordered.
     pub(crate) fn key(&self) -> [usize; 3] {
         let bits = |x: f32| x.to_bits() as usize;
         match self {
@@ -121,7 +123,7 @@ impl Form {
         }
     }
 
-    /// Bytes of its corners and the triangles of them, as the device has them.
+    /// Its vertices and triangle indices, as bytes in the device's layout.
     pub(crate) fn bytes(&self) -> (Vec<u8>, Vec<u32>) {
         let Self::Visual(visuals, number) = self else {
             let (vertices, indices) = self.triangles();
@@ -139,9 +141,9 @@ impl Form {
         (bytemuck::cast_slice(&corners).to_vec(), mesh.indices.clone())
     }
 
-    /// Its triangles; those of a file's mesh have other corners.
+    /// Its triangles. Meshes of files have another kind of vertex.
     fn triangles(&self) -> (Vec<Vertex>, Vec<u32>) {
-        /// Half the distance of the ends as the capsule's form is made.
+        /// Half the distance between the ends in the capsule's form.
         const APART: f32 = 2.0;
         let surface = match self {
             Self::Sheet(sheet) => return (sheet.vertices.clone(), sheet.indices.to_vec()),
@@ -159,7 +161,7 @@ impl Form {
             Self::Mesh(mesh) => solids::of(&Shape::Mesh(Arc::clone(mesh))),
             Self::Other | Self::Visual(..) => Surface::default(),
         };
-        // A hull has true edges; the triangles of a mesh often stand for something smooth.
+        // A hull has true edges; the triangles of a mesh often approximate a smooth surface.
         let crease = if matches!(self, Self::Mesh(_)) { 0.8 } else { 0.999 };
         let (mut vertices, indices) = shaded(&surface, crease);
         if matches!(self, Self::Capsule) {
@@ -182,8 +184,9 @@ fn square() -> Surface {
     }
 }
 
-/// A surface with a normal at every corner; where it has none, the mean of the triangles around a
-/// point whose normals have at least the cosine `crease` with the corner's own.
+/// Vertices with a normal at every corner. If the surface has none, a normal is the mean over
+/// triangles around the point. It counts those whose normals have at least the cosine `crease` with
+/// the corner's own.
 fn shaded(surface: &Surface, crease: f32) -> (Vec<Vertex>, Vec<u32>) {
     let Surface { points, normals, triangles } = surface;
     if normals.len() == points.len() {

@@ -1,4 +1,4 @@
-//! A camera that shows what matters of a scene without being told where to stand.
+//! Places a camera so that it shows the relevant part of a scene.
 
 use std::ops::Range;
 
@@ -7,19 +7,20 @@ use drystone::{BodyKind, Pose, Vec3, World};
 
 use crate::camera::{Camera, FIELD_OF_VIEW, horizontal_axes, spherical};
 
-/// Part of the picture's width and height that what is framed takes at most.
+/// Maximum fraction of the picture's width and height that the subject takes.
 const FILL: f32 = 0.84;
-/// A body this many times farther from the middle than four fifths of the others has left the scene.
+/// A body has left the scene if it is this many times farther from the middle than four fifths of
+/// the other bodies.
 const FAR_OFF: f32 = 4.0;
 
-/// What a picture is about: the boxes around the bodies that matter.
+/// The subject of a picture: the boxes around the bodies that matter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
-    /// Against gravity, unit [world].
+    /// Direction against gravity, unit [world].
     pub up: Vec3,
-    /// The box around all of it [m, world].
+    /// The box around the whole subject [m, world].
     pub bounds: Aabb,
-    /// The box around what can move [m, world].
+    /// The box around everything that can move [m, world].
     pub(crate) core: Aabb,
     boxes: Vec<Aabb>,
 }
@@ -27,16 +28,16 @@ pub struct Subject {
 /// The direction of a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewAngles {
-    /// About the vertical, from the front toward the right [rad]. Front is +z where y is up, −y where z
-    /// is.
+    /// Angle about the vertical, from the front toward the right [rad]. The front is +z if y is up,
+    /// and −y if z is up.
     pub yaw: f32,
-    /// Above the horizon [rad].
+    /// Angle above the horizon [rad].
     pub pitch: f32,
 }
 
 impl Subject {
-    /// What matters of a world as it is now: bodies that can move and have not left the others far
-    /// behind, and static shapes of their size near them. The ground is not part of it.
+    /// The subject of a world in its current state: bodies that can move and have not left the
+    /// others far behind, and static shapes of their size near them. The ground is not part of it.
     #[must_use]
     pub fn of(world: &World) -> Self {
         let up = (-world.config().gravity).normalize_or(Vec3::Y);
@@ -60,7 +61,7 @@ impl Subject {
         if let Some((shot, speed)) = fastest {
             leave_out_shot(&mut moving, shot, speed);
         }
-        // Of a cloud some say where it is.
+        // A sample of a cloud's particles is enough to locate it.
         let every = 1 + world.counts().particles / 2000;
         for particle in world.particles().step_by(every) {
             moving
@@ -85,7 +86,7 @@ impl Subject {
         Self { up, bounds: union(&boxes), core, boxes }
     }
 
-    /// This one and another in one picture.
+    /// The union of two subjects.
     #[must_use]
     pub fn with(mut self, other: &Self) -> Self {
         self.boxes.extend(&other.boxes);
@@ -94,14 +95,14 @@ impl Subject {
         self
     }
 
-    /// Radius of a ball about the middle that holds it [m].
+    /// Radius of a ball about the middle that contains the subject [m].
     #[must_use]
     pub fn radius(&self) -> f32 {
         self.bounds.half_extents().length().max(1.0e-3)
     }
 
-    /// A view of its broad side, a little from the right and above; the flatter it is the more from
-    /// above.
+    /// A view of the subject's broad side, from slightly right and above. A flatter subject is seen
+    /// from higher above.
     #[must_use]
     pub fn angles(&self) -> ViewAngles {
         let half = self.bounds.half_extents();
@@ -113,7 +114,8 @@ impl Subject {
         ViewAngles { yaw: quarter + 0.52, pitch: 0.20 + 0.28 * (1.0 - flat) }
     }
 
-    /// The camera that sees all of it from these angles, in a picture `aspect` times as wide as high.
+    /// The camera that sees the whole subject from these angles, in a picture `aspect` times as
+    /// wide as high.
     #[must_use]
     pub fn camera(&self, angles: ViewAngles, aspect: f32) -> Camera {
         let middle = self.bounds.center();
@@ -127,7 +129,7 @@ impl Subject {
         let [right, above, forward] = camera.axes();
         let (half_height, half_width) = camera.half_size(aspect);
         let (h, w) = (half_height * FILL, half_width * FILL);
-        // Each edge of the picture is a plane through the eye, which every corner is to be inside of.
+        // Each edge of the picture is a plane through the eye; every corner must be inside it.
         let mut most = [f32::NEG_INFINITY; 4];
         let mut nearest = f32::INFINITY;
         for corner in self.boxes.iter().flat_map(corners) {
@@ -149,8 +151,8 @@ impl Subject {
     }
 }
 
-/// A camera for a film: stands where all was seen at the start, and steps back as far as it must for
-/// what spreads, smoothly.
+/// A camera for a film. It begins where the whole subject is visible, and moves back smoothly as
+/// the subject spreads.
 #[derive(Clone, Debug)]
 pub struct Follow {
     start: Subject,
@@ -160,18 +162,19 @@ pub struct Follow {
 }
 
 impl Follow {
-    /// For a film that begins with this subject, in pictures `aspect` times as wide as high.
+    /// Makes a camera for a film that begins with this subject, in pictures `aspect` times as wide
+    /// as high.
     #[must_use]
     pub fn new(start: Subject, angles: ViewAngles, aspect: f32) -> Self {
         Self { start, angles, aspect, camera: None }
     }
 
-    /// The camera for the world `dt` [s] after the last one it was asked for, turned by `turn` [rad]
-    /// since the start.
+    /// The camera for the world `dt` [s] after the previous call, turned by `turn` [rad] since the
+    /// start.
     pub fn next(&mut self, world: &World, dt: f32, turn: f32) -> Camera {
         let subject = Subject::of(world).with(&self.start);
         let wanted = subject.camera(self.angles, self.aspect);
-        // Two thirds of the way in two thirds of a second.
+        // Covers two thirds of the distance in about 0.7 s (an exponential approach).
         let part = (dt / (0.7 + dt)).clamp(0.0, 1.0);
         let camera = match self.camera {
             None => wanted,
@@ -185,7 +188,7 @@ impl Follow {
         if turn == 0.0 {
             return camera;
         }
-        // About the middle of what was there at the start, far enough to see it from all sides.
+        // Turns about the middle of the initial subject, far enough away to see it from all sides.
         let around = Subject { boxes: vec![ball_box(&self.start)], ..self.start.clone() };
         let angles = ViewAngles { yaw: self.angles.yaw + turn, ..self.angles };
         let round = around.camera(angles, self.aspect);
@@ -193,7 +196,7 @@ impl Follow {
     }
 }
 
-/// The upright cylinder's box that a subject sweeps as it is turned about the vertical.
+/// The box of the upright cylinder that a subject sweeps as it turns about the vertical.
 fn ball_box(subject: &Subject) -> Aabb {
     let (half, up) = (subject.bounds.half_extents(), subject.up);
     let high = half.dot(up.abs());
@@ -203,8 +206,8 @@ fn ball_box(subject: &Subject) -> Aabb {
     Aabb::new(center - reach, center + reach)
 }
 
-/// Takes the boxes of the fastest body out if it is a shot that is still, or again, on its way: small, outside of all else, and
-/// fast enough to cross it within a second. What it hits matters, and its way is long.
+/// Removes the boxes of the fastest body if it is a projectile in flight: small, outside all other
+/// boxes, and fast enough to cross them within a second. Its target matters, and its path is long.
 fn leave_out_shot(boxes: &mut Vec<Aabb>, shot: Range<usize>, speed: f32) {
     let own = union(&boxes[shot.clone()]);
     let rest = union(&boxes[..shot.start]).union(&union(&boxes[shot.end..]));
@@ -216,7 +219,7 @@ fn leave_out_shot(boxes: &mut Vec<Aabb>, shot: Range<usize>, speed: f32) {
     }
 }
 
-/// The boxes that are not far off from the others.
+/// The boxes that are not far from the others.
 fn together(boxes: Vec<Aabb>) -> Vec<Aabb> {
     if boxes.len() < 3 {
         return boxes;
@@ -234,7 +237,7 @@ fn together(boxes: Vec<Aabb>) -> Vec<Aabb> {
     boxes.into_iter().filter(|b| distance(b) <= FAR_OFF * usual + 2.0 * size(b)).collect()
 }
 
-/// Half the longest edge [m]; without end for what is not finite.
+/// Half the longest edge [m]; infinite if the box is not finite.
 fn size(b: &Aabb) -> f32 {
     let half = b.half_extents();
     if b.center().is_finite() && half.is_finite() { half.max_element() } else { f32::INFINITY }

@@ -1,20 +1,20 @@
-//! Which things belong together, from what joins two of them.
+//! Groups of connected things, from the pairs that connect them.
 
-/// Groups of numbered things, each led by its lowest number.
+/// Groups of numbered things; the lowest number of each group is its leader.
 #[derive(Clone, Debug)]
 pub struct Groups {
-    /// Each names another of its group, up to the leader, which names itself.
+    /// Parent of each thing within its group; the leader is its own parent.
     above: Vec<usize>,
 }
 
 impl Groups {
-    /// So many things, each alone.
+    /// Makes `count` groups of one thing each.
     #[must_use]
     pub fn new(count: usize) -> Self {
         Self { above: (0..count).collect() }
     }
 
-    /// Makes one group of those of two things.
+    /// Merges the groups of two things.
     ///
     /// # Panics
     /// If one of them is not below the count.
@@ -29,7 +29,7 @@ impl Groups {
     /// If it is not below the count.
     pub fn leader(&mut self, mut of: usize) -> usize {
         while self.above[of] != of {
-            // Half of the way is shorter for the next one.
+            // Path halving: later lookups are shorter.
             self.above[of] = self.above[self.above[of]];
             of = self.above[of];
         }

@@ -1,10 +1,10 @@
 //! Pictures of drystone's worlds: one small renderer for a window, for files without a display or a
 //! GPU, and for a browser.
 //!
-//! A picture is made in three parts. [`Subject`] tells what a world's picture is about and gives a
-//! [`Camera`] that shows it. [`Drawing`] gathers what is to be drawn: shapes by form, rods, lines.
-//! [`Renderer`] draws it on a texture; [`Canvas`] is a renderer with a picture of its own in memory
-//! (not in a browser, where nothing may wait for the device).
+//! A picture is made in three parts. [`Subject`] determines the subject of a world's picture and
+//! gives a [`Camera`] that shows it. [`Drawing`] gathers the content: shapes by form, rods, lines.
+//! [`Renderer`] draws it on a texture. [`Canvas`] is a renderer with its own picture in memory; a
+//! browser has none, because a page must not block on the device.
 //!
 //! ```no_run
 //! use drystone_render::{Canvas, Drawing, Look, Subject};
@@ -23,7 +23,7 @@
 //! The same drawing and camera give the same bytes on the same device and driver.
 
 mod camera;
-// It waits for the device, which a page in a browser may not.
+// It blocks on the device, which a page in a browser must not do.
 #[cfg(not(target_arch = "wasm32"))]
 mod canvas;
 mod color;

@@ -21,15 +21,15 @@ use crate::drawing::{Batch, Drawing, Instance, Line};
 use crate::error::RenderError;
 use crate::form::Form;
 
-/// Points on a side of the shadow map; fewer in a browser, which may draw in software or on a phone.
+/// Width of the shadow map [px]; smaller in a browser, which may draw in software or on a phone.
 const SHADOW_SIZE: u32 = if cfg!(target_arch = "wasm32") { 2048 } else { 4096 };
-/// Points of the largest picture: with its samples it takes 2 GiB.
+/// Maximum number of pixels of a picture. With its samples, such a picture takes 2 GiB.
 const MOST_POINTS: u64 = 1 << 26;
-/// Samples of a point of the picture.
+/// Samples per pixel.
 pub(crate) const SAMPLES: u32 = 4;
 
-/// What a renderer needs of a graphics device: what a browser with WebGL 2 has, and textures and meshes as large
-/// as the device has them.
+/// The limits that a renderer requires of a graphics device: those of a browser with WebGL 2, with
+/// the device's own limits on textures and buffers.
 #[must_use]
 pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let most = adapter.limits();
@@ -41,18 +41,18 @@ pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
 /// A part of a picture [px].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Area {
-    /// From the left.
+    /// Distance from the left.
     pub x: u32,
-    /// From the top.
+    /// Distance from the top.
     pub y: u32,
-    /// Points across.
+    /// Width in pixels.
     pub width: u32,
-    /// Points down.
+    /// Height in pixels.
     pub height: u32,
 }
 
 impl Area {
-    /// What of it is in a picture of this size, a point at least.
+    /// The part of this area inside a picture of this size, at least one pixel.
     fn within(self, width: u32, height: u32) -> Self {
         let (x, y) = (self.x.min(width - 1), self.y.min(height - 1));
         let (across, down) = (self.width.min(width - x).max(1), self.height.min(height - y).max(1));
@@ -63,7 +63,7 @@ impl Area {
 /// A form on the device.
 #[derive(Debug)]
 struct LoadedForm {
-    /// Kept, so that its address stays its own while it is a key.
+    /// Keeps the form alive, so that its address stays unique while it is a key.
     _form: Form,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
@@ -97,7 +97,7 @@ impl Renderer {
     pub fn new(device: wgpu::Device, queue: wgpu::Queue, format: wgpu::TextureFormat) -> Self {
         let failure = Arc::new(Mutex::new(None));
         let seen = Arc::clone(&failure);
-        // Unhandled, an error of the device would end the program.
+        // By default, an error of the device would end the program.
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let mut first = seen.lock().unwrap_or_else(PoisonError::into_inner);
             first.get_or_insert_with(|| error.to_string());
@@ -171,7 +171,7 @@ impl Renderer {
     /// Draws on a texture of this size [px], which must have the format the renderer was made for.
     ///
     /// # Errors
-    /// The size is not one the device can draw, or the device failed since the last call.
+    /// Fails if the device cannot draw this size, or if it failed since the last call.
     pub fn draw(
         &mut self,
         drawing: &Drawing,
@@ -183,8 +183,8 @@ impl Renderer {
         self.draw_beside(&[(drawing, all)], camera, target, size)
     }
 
-    /// Draws several drawings from one camera on a texture, each in an area of its own; what is in none
-    /// of them is black.
+    /// Draws several drawings from one camera on a texture, each in its own area. Pixels outside
+    /// all areas are black.
     ///
     /// # Errors
     /// As for [`Self::draw`].
@@ -214,7 +214,7 @@ impl Renderer {
             if let Some(targets) = &self.targets {
                 let last = number + 1 == drawings.len();
                 let target = last.then_some(target);
-                // From where it is seen, and whether it is the first area.
+                // Eye of this drawing, and whether it is the first area.
                 let eye = (number == 0, camera.eye - drawing.origin);
                 self.draw_picture(&mut encoder, drawing, targets, target, area, eye);
             }
@@ -223,8 +223,8 @@ impl Renderer {
         self.check()
     }
 
-    /// Lets go of all that it has on the device for what it drew last: room for another drawing, after one that was too
-    /// much for the device.
+    /// Releases everything on the device that belongs to the last drawing. This makes room for
+    /// another drawing after one that exceeded the device's memory.
     pub fn forget(&mut self) {
         self.forms.clear();
         self.visuals = None;
@@ -235,13 +235,13 @@ impl Renderer {
     /// The first failure of the device since the last call.
     ///
     /// # Errors
-    /// That failure.
+    /// Returns that failure.
     pub fn check(&self) -> Result<(), RenderError> {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.take().map_or(Ok(()), |why| Err(RenderError::Device(why)))
     }
 
-    /// Brings what the drawing has onto the device; forms it does not have are let go.
+    /// Uploads the forms of the drawing, and releases all others.
     fn load(&mut self, drawing: &Drawing) {
         let mut forms = BTreeMap::new();
         for batch in &drawing.batches {
@@ -267,7 +267,7 @@ impl Renderer {
         self.queue.write_buffer(&self.lines, 0, bytes);
     }
 
-    /// Brings the materials of the file that is drawn onto the device; those of another one are let go.
+    /// Uploads the materials of the drawing's file, and releases those of another file.
     fn load_visuals(&mut self, drawing: &Drawing) {
         let of = drawing.batches.iter().find_map(|batch| match &batch.form {
             Form::Visual(visuals, _) => Some(visuals),
@@ -291,7 +291,7 @@ impl Renderer {
         });
         pass.set_pipeline(&self.pipelines.shadow);
         pass.set_bind_group(0, &self.frame_group, &[]);
-        // The ground throws no shadow on anything.
+        // The ground casts no shadow.
         self.draw_batches(&mut pass, drawing, |batch| !matches!(batch.form, Form::Square));
         self.draw_visuals(&mut pass, drawing, |pipelines, manner| {
             (!manner.blend).then(|| pipelines.in_shadow_map(manner))
@@ -317,7 +317,7 @@ impl Renderer {
                 } else {
                     wgpu::LoadOp::Load
                 },
-                // Samples are kept for the next area, until all are put together.
+                // Samples are kept for the next area; the last one resolves them all.
                 store: if target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
             },
         };
@@ -362,7 +362,7 @@ impl Renderer {
         }
     }
 
-    /// Draws the meshes of a file, each with the pipeline that `wanted` gives for it.
+    /// Draws the meshes of a file, each with the pipeline that `wanted` returns for it.
     fn draw_visuals<'a>(
         &'a self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -382,7 +382,7 @@ impl Renderer {
         }
     }
 
-    /// Draws what is seen through, the farthest first.
+    /// Draws transparent meshes, the farthest first.
     fn draw_blended(&self, pass: &mut wgpu::RenderPass<'_>, drawing: &Drawing, eye: Vec3) {
         let (Some(pipelines), Some(visuals)) = (&self.visual_pipelines, &self.visuals) else {
             return;
@@ -416,7 +416,7 @@ impl Renderer {
     }
 }
 
-/// The batches of a drawing, with the numbers of their places among all.
+/// The batches of a drawing, with the range of their instances among all instances.
 fn numbered(drawing: &Drawing) -> impl Iterator<Item = (&Batch, Range<u32>)> {
     drawing.batches.iter().scan(0, |first, batch| {
         let instances = *first..*first + count_of(batch.instances.len());
@@ -433,7 +433,7 @@ pub(crate) fn check_size(
 ) -> Result<(), RenderError> {
     let limits = device.limits();
     let most = limits.max_texture_dimension_2d;
-    // Four bytes a point, and rows of a copy are filled up to 256.
+    // Four bytes per pixel; rows of a copy are padded to 256 bytes.
     let points = MOST_POINTS.min(limits.max_buffer_size / 4);
     let asked = u64::from(width).next_multiple_of(64) * u64::from(height);
     if (1..=most).contains(&width) && (1..=most).contains(&height) && asked <= points {
@@ -459,8 +459,8 @@ fn load_form(device: &wgpu::Device, queue: &wgpu::Queue, form: &Form) -> LoadedF
     }
 }
 
-/// A buffer with something in it. It is not mapped: one that there is no memory for would have nothing to write to, and
-/// end the program.
+/// A buffer with these bytes. It is not mapped: if the device is out of memory, a mapped buffer has
+/// no memory to write to, which ends the program.
 fn filled(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -492,7 +492,7 @@ fn vertex_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
     })
 }
 
-/// Makes room for `bytes`; what was in the buffer is lost then.
+/// Makes room for `bytes`; the old content is lost when the buffer grows.
 fn grow(device: &wgpu::Device, buffer: &mut wgpu::Buffer, bytes: usize) {
     let needed = bytes as u64;
     if buffer.size() < needed {
@@ -501,7 +501,7 @@ fn grow(device: &wgpu::Device, buffer: &mut wgpu::Buffer, bytes: usize) {
     }
 }
 
-/// For the places of bodies, and for lines.
+/// Buffers for the instances of bodies and for lines.
 fn small_buffers(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::Buffer) {
     (vertex_buffer(device, 1 << 12), vertex_buffer(device, 1 << 10))
 }

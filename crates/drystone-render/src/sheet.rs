@@ -1,4 +1,4 @@
-//! Cloths as surfaces: wherever four threads make a square, it is filled.
+//! Cloths as surfaces: every square of four threads is filled.
 
 use std::sync::Arc;
 
@@ -8,33 +8,34 @@ use drystone::{Vec3, World};
 use crate::form::Vertex;
 use crate::groups::Groups;
 
-/// A surface that is another one in every picture.
+/// A surface that changes with every picture.
 #[derive(Debug)]
 pub(crate) struct Sheet {
-    /// Relative to the drawing's origin [m].
+    /// Vertices [m, relative to the drawing's origin].
     pub(crate) vertices: Vec<Vertex>,
-    /// The same list while no thread comes or goes.
+    /// Triangles. The same list is shared while no thread is added or removed.
     pub(crate) indices: Arc<[u32]>,
 }
 
-/// The surfaces among the particles of a world. A square with a torn thread is a hole. Which threads make squares is kept from
-/// picture to picture and looked for again only where a thread came or went.
+/// The surfaces among the particles of a world. A square with a torn thread is a hole. The squares
+/// are kept between pictures, and found again only after a thread was added or removed.
 #[derive(Debug, Default)]
 pub(crate) struct Sheets {
-    /// All threads as the world gives them: slots.
+    /// All threads in the world's order: slots of their ends.
     threads: Vec<[u32; 2]>,
-    /// Those of the last look; kept for its memory.
+    /// The threads of the current picture; a field so that its memory is reused.
     looked: Vec<[u32; 2]>,
-    /// Where particles are, by their slots [m, relative to the drawing's origin]; none where there is none.
+    /// Positions of particles by slot [m, relative to the drawing's origin]; `None` for empty
+    /// slots.
     places: Vec<Option<Vec3>>,
-    /// Some square was left out because a corner of it is nowhere.
+    /// Some square was left out because one of its corners does not exist.
     incomplete: bool,
     pieces: Vec<Piece>,
-    /// Particles of squares, by their slots.
+    /// Whether each particle is the corner of a square, by slot.
     covered: Vec<bool>,
-    /// Particles at an end of a thread, by their slots.
+    /// Whether each particle is an end of a thread, by slot.
     threaded: Vec<bool>,
-    /// Threads that are a side of a square, in order: slots, the lower one first.
+    /// Threads that are sides of squares, sorted: slots, the lower one first.
     sides: Vec<[u32; 2]>,
 }
 
@@ -45,17 +46,18 @@ struct Piece {
     first: u32,
     /// Slots of its vertices.
     slots: Vec<u32>,
-    /// Corners of its squares, as numbers of vertices.
+    /// Corners of its squares, as vertex numbers.
     squares: Vec<[u32; 4]>,
-    /// Two triangles a square.
+    /// Two triangles per square.
     indices: Arc<[u32]>,
 }
 
-/// The corners of a square, one after the other around it.
+/// The corners of a square, in order around it.
 type Square = [u32; 4];
 
 impl Sheets {
-    /// Looks at the particles of a world, which may be another one than the last; places are relative to `origin` [m, world].
+    /// Reads the particles of a world, which may differ from the previous one. Positions are
+    /// relative to `origin` [m, world].
     pub(crate) fn look(&mut self, world: &World, origin: Vec3) {
         self.looked.clear();
         for link in world.links().filter(|link| !matches!(link.kind(), LinkKind::Spring(_))) {
@@ -88,7 +90,8 @@ impl Sheets {
             let places: Vec<Vec3> = piece.slots.iter().map(place).collect();
             for square in &piece.squares {
                 let [a, b, c, d] = square.map(|vertex| places[vertex as usize]);
-                // Of a square that is not flat: across its diagonals; larger ones count more.
+                // The normal of a square that need not be flat: the cross product of its diagonals.
+                // Larger squares have more weight.
                 let across = (c - a).cross(d - b);
                 for vertex in square {
                     normals[*vertex as usize] += across;
@@ -100,7 +103,7 @@ impl Sheets {
         })
     }
 
-    /// Whether a square shows this particle.
+    /// Whether a square contains this particle.
     pub(crate) fn cover(&self, particle: ParticleId) -> bool {
         self.covered.get(particle.index() as usize).copied().unwrap_or(false)
     }
@@ -110,12 +113,12 @@ impl Sheets {
         self.threaded.get(particle.index() as usize).copied().unwrap_or(false)
     }
 
-    /// Whether a square shows the thread between these particles.
+    /// Whether this thread is the side of a square.
     pub(crate) fn cover_thread(&self, ends: [ParticleId; 2]) -> bool {
         self.sides.binary_search(&in_order(ends.map(ParticleId::index))).is_ok()
     }
 
-    /// Finds the squares among the threads, and the pieces that they make.
+    /// Finds the squares among the threads, and the pieces of cloth that they form.
     fn find(&mut self) {
         let mut threads: Vec<[u32; 2]> =
             self.threads.iter().flat_map(|&[a, b]| [[a, b], [b, a]]).collect();
@@ -136,7 +139,7 @@ impl Sheets {
         self.covered.resize(count, false);
         self.sides.clear();
         self.pieces.clear();
-        // The piece that a particle belongs to: squares join their corners.
+        // Piece of each particle: squares connect their corners.
         let mut groups = Groups::new(count);
         for square in &squares {
             for &corner in &square[1..] {
@@ -148,7 +151,7 @@ impl Sheets {
         for square in &squares {
             let first = groups.leader(square[0] as usize);
             let number = *piece_of[first].get_or_insert_with(|| {
-                // Slots are below 2^32: they came as such.
+                // Slots are stored as u32.
                 let first = u32::try_from(first).unwrap_or(0);
                 self.pieces.push(Piece { first, ..Piece::default() });
                 self.pieces.len() - 1
@@ -174,8 +177,9 @@ impl Sheets {
     }
 }
 
-/// All rings of four threads; `threads` has each both ways, in order. A ring begins at its lowest slot and goes on to
-/// the lower of that one's neighbors, so that those of a cloth, which has its particles row by row, all turn the same way.
+/// Finds all rings of four threads. `threads` is sorted and has each thread in both directions. A
+/// ring begins at its lowest slot and continues to the lower of its two neighbors. The rings of a
+/// cloth therefore all have the same winding, because a cloth's particles are in row order.
 fn squares(threads: &[[u32; 2]]) -> Vec<Square> {
     let around = |slot: u32| {
         let begin = threads.partition_point(|thread| thread[0] < slot);
@@ -229,7 +233,7 @@ mod tests {
         assert_eq!(list.len(), 1);
         let sheet = &list[0];
         assert_eq!((sheet.vertices.len(), sheet.indices.len()), (4 * 3, 3 * 2 * 6));
-        // x toward z: down.
+        // Winding from x toward z: the normal points down.
         assert!(
             sheet.vertices.iter().all(|v| (Vec3::from(v.normal()) + Vec3::Y).length() < 1.0e-6)
         );
@@ -244,7 +248,8 @@ mod tests {
         let cloth = world.add_cloth(ClothDef::new(Vec3::ZERO, sides, [3, 1])).unwrap();
         let mut sheets = Sheets::default();
         assert_eq!(look(&mut sheets, &world).len(), 1);
-        // Threads along the first side come first, three in each of two rows; then those along the second.
+        // The threads along the first side come first, three in each of two rows, then the threads
+        // along the second.
         world.remove_link(cloth.links[1]);
         let list = look(&mut sheets, &world);
         let indices: Vec<usize> = list.iter().map(|s| s.indices.len()).collect();

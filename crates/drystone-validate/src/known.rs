@@ -1,11 +1,12 @@
-//! The list of known failures: rows that fail today, each with its error, so that a gate passes, catches
-//! what gets worse, and tells what has been mended.
+//! The list of known failures: rows that fail today, each with its error. With it a gate passes,
+//! catches rows that get worse, and reports rows that were fixed.
 
 use core::fmt::Write as _;
 
 use crate::table::Table;
 
-/// An error may be this many times the listed one: what changes a run's bits moves its errors a little.
+/// Allowed factor on the listed error, because any change of a run's bits changes its errors
+/// slightly.
 const SLACK: f64 = 1.1;
 
 /// Known failures.
@@ -29,20 +30,20 @@ impl core::fmt::Display for KnownError {
 
 impl core::error::Error for KnownError {}
 
-/// What a list of known failures says of a table.
+/// Differences between a table and the list of known failures.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Comparison {
-    /// Failures that are not listed, or are worse than listed; a line each.
+    /// Failures that are not listed, or worse than listed, one line each.
     pub worse: Vec<String>,
-    /// Rows that are listed and pass; a line each.
+    /// Listed rows that now pass, one line each.
     pub mended: Vec<String>,
 }
 
 impl Known {
-    /// Reads the list: a line an error and the name of a row; `#` begins a comment.
+    /// Parses the list. Each line has an error and the name of a row; `#` begins a comment.
     ///
     /// # Errors
-    /// The first line that is neither.
+    /// Returns the first line that is neither.
     pub fn parse(text: &str) -> Result<Self, KnownError> {
         let mut known = Self::default();
         for (number, line) in text.lines().enumerate() {
@@ -57,7 +58,7 @@ impl Known {
         Ok(known)
     }
 
-    /// The list of what fails in a table.
+    /// The list of failures in a table.
     #[must_use]
     pub fn of(table: &Table) -> String {
         let mut text = String::new();
@@ -75,7 +76,7 @@ impl Known {
         self.entries.iter().find(|(row, _)| row == key).map(|(_, error)| *error)
     }
 
-    /// Compares.
+    /// Compares a table with this list.
     #[must_use]
     pub fn compare(&self, table: &Table) -> Comparison {
         let mut found = Comparison::default();
@@ -138,7 +139,7 @@ mod tests {
         assert_eq!((worse.worse.len(), worse.mended.len()), (1, 0), "{worse:?}");
         let fresh = known.compare(&table(&[("good", 1.2), ("bad", 2.0), ("lost", 3.0)]));
         assert_eq!((fresh.worse.len(), fresh.mended.len()), (1, 0), "{fresh:?}");
-        // What was a number and is none now is worse.
+        // A number that became NaN is worse.
         let gone = known.compare(&table(&[("good", 0.5), ("bad", f64::NAN)]));
         assert_eq!((gone.worse.len(), gone.mended.len()), (1, 0), "{gone:?}");
         let mended = known.compare(&table(&[("good", 0.5), ("bad", 0.9)]));

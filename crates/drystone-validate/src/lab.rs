@@ -9,12 +9,12 @@ use crate::numeric::{
     D3, add, cross, dot, norm, rotate, scale, single, unrotate, whole, wide, worst,
 };
 
-/// An engine with a scene in it, whatever its type.
+/// An engine with a scene in it, of any type.
 pub trait Subject {
     /// See [`Engine::push`].
     ///
     /// # Errors
-    /// The engine refuses it.
+    /// Fails if the engine refuses it.
     fn push(&mut self, body: usize, force: Vec3, dt: f32) -> Result<(), EngineError>;
     /// See [`Engine::contact_force`].
     fn contact_force(&self, body: usize, dt: f32) -> Option<Vec3>;
@@ -44,7 +44,7 @@ impl<E: Engine> Subject for E {
 
 type Build = fn(&Scene, usize) -> Result<Box<dyn Subject>, EngineError>;
 
-/// An engine that can be put to the tests.
+/// An engine to be tested.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// Its name.
@@ -55,32 +55,33 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// This engine.
+    /// A candidate for this engine.
     #[must_use]
     pub fn of<E: Engine + 'static>() -> Self {
         let build: Build = |scene, threads| Ok(Box::new(E::build(scene, threads)?));
         Self { name: E::NAME, version: E::version(), build }
     }
 
-    /// Whether it is drystone itself, of which more can be asked than motion.
+    /// Whether it is drystone itself, which reports more than motion.
     #[must_use]
     pub fn is_own(&self) -> bool {
         self.name == drystone_bench::Own::NAME
     }
 }
 
-/// How the tests are run. The default is the protocol: 60 steps a second, the method's own substeps, sleep off.
+/// Settings of the tests. The default is the protocol: 60 steps per second, the method's own number
+/// of substeps, sleep off.
 #[derive(Clone, Debug)]
 pub struct Protocol {
-    /// Steps a second.
+    /// Steps per second.
     pub hz: f64,
-    /// Substeps a step; 0 takes the method's own number.
+    /// Substeps per step; 0 selects the method's own number.
     pub substeps: u32,
-    /// Threads, the caller included.
+    /// Number of threads, including the caller.
     pub threads: usize,
-    /// Fields of the world's configuration by path; they come last, whatever a test asks for.
+    /// Fields of the world's configuration by path; they override the settings of a test.
     pub set: Vec<(String, String)>,
-    /// Leave out what takes long.
+    /// Skips long tests.
     pub short: bool,
 }
 
@@ -100,7 +101,7 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// Length of a step [s], as the engine is given it.
+    /// Length of a step [s], rounded as the engine gets it.
     #[must_use]
     pub fn dt(&self) -> f64 {
         f64::from(single(1.0 / self.protocol.hz))
@@ -112,10 +113,10 @@ impl Lab {
         Self { candidate: self.candidate.clone(), protocol }
     }
 
-    /// Only drystone can be asked this.
+    /// Fails for engines other than drystone, which alone supports `what`.
     ///
     /// # Errors
-    /// It is another engine.
+    /// Fails if it is another engine.
     pub fn own(&self, what: &str) -> Result<(), EngineError> {
         if self.candidate.is_own() {
             return Ok(());
@@ -126,15 +127,15 @@ impl Lab {
     /// A scene of the catalog.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// Fails if the catalog has no scene of this name.
     pub fn named(&self, spec: &str) -> Result<Scene, EngineError> {
         drystone_scene::named(spec).map_err(|e| EngineError(e.to_string()))
     }
 
-    /// A scene, ready for its first step, under the protocol.
+    /// Starts a scene under the protocol, ready for its first step.
     ///
     /// # Errors
-    /// The engine refuses something of it, or a setting is not known.
+    /// Fails if the engine refuses a part of the scene, or a setting is unknown.
     pub fn start(&self, mut scene: Scene) -> Result<Run, EngineError> {
         if !matches!(scene.script, Script::None) {
             return Err(EngineError("scenes with a script are not run here".to_owned()));
@@ -154,7 +155,7 @@ impl Lab {
 /// Mass and inertia of a body in its own frame, in f64.
 #[derive(Clone, Copy, Debug)]
 pub struct Matter {
-    /// Mass [kg]; 0 unless it is dynamic.
+    /// Mass [kg]; 0 unless the body is dynamic.
     pub mass: f64,
     center: D3,
     inertia: Sym3,
@@ -184,10 +185,10 @@ fn matter(body: &SceneBody) -> Result<Matter, EngineError> {
     }))
 }
 
-/// A body as it is at the end of a step, in f64.
+/// State of a body at the end of a step, in f64.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
-    /// Pose and velocities as the engine tells them.
+    /// Pose and velocities from the engine.
     pub state: BodyState,
     /// Its center of mass [m, world].
     pub center: D3,
@@ -236,20 +237,20 @@ impl Moment {
         add(cross(self.center, self.momentum()), self.spin())
     }
 
-    /// Velocity of its matter at a point [m/s; m, world].
+    /// Velocity of the body's material at a point [m/s; m, world].
     #[must_use]
     pub fn velocity_at(&self, point: D3) -> D3 {
         add(self.v, cross(self.w, crate::numeric::sub(point, self.center)))
     }
 
-    /// One of its directions [world].
+    /// A local direction in the world [world].
     #[must_use]
     pub fn direction(&self, local: D3) -> D3 {
         rotate(self.state.pose.rotation, local)
     }
 }
 
-/// A scene that runs in an engine.
+/// A scene running in an engine.
 pub struct Run {
     /// The scene.
     pub scene: Scene,
@@ -266,13 +267,13 @@ impl core::fmt::Debug for Run {
 }
 
 impl Run {
-    /// One step.
+    /// Takes one step.
     pub fn step(&mut self) {
         self.subject.step(self.dt);
         self.steps += 1;
     }
 
-    /// Steps until the time is `seconds`; `each` looks after every step.
+    /// Steps until the time is `seconds`, and calls `each` after every step.
     pub fn until(&mut self, seconds: f64, mut each: impl FnMut(&Self)) {
         let end = whole(seconds / f64::from(self.dt));
         while self.steps < end {
@@ -281,7 +282,7 @@ impl Run {
         }
     }
 
-    /// Time since the start [s]: the steps that were asked for, without rounding.
+    /// Time since the start [s]: number of steps over the rate, without rounding.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.steps as f64 * f64::from(self.dt)
@@ -290,7 +291,7 @@ impl Run {
     /// Pushes a body during the next step [N, world].
     ///
     /// # Errors
-    /// The engine refuses it.
+    /// Fails if the engine refuses it.
     pub fn push(&mut self, body: usize, force: Vec3) -> Result<(), EngineError> {
         self.subject.push(body, force, self.dt)
     }
@@ -298,13 +299,13 @@ impl Run {
     /// Force of the contacts on a body in the last substep [N, world].
     ///
     /// # Errors
-    /// The engine does not tell.
+    /// Fails if the engine does not report contact forces.
     pub fn contact_force(&self, body: usize) -> Result<D3, EngineError> {
         let force = self.subject.contact_force(body, self.dt);
         force.map(wide).ok_or_else(|| EngineError("contact forces are not read".to_owned()))
     }
 
-    /// A body now.
+    /// Current state of a body.
     #[must_use]
     pub fn body(&self, body: usize) -> Moment {
         let state = self.subject.state(body);
@@ -320,7 +321,7 @@ impl Run {
         self.matter[body]
     }
 
-    /// The bodies that move, by their numbers.
+    /// Numbers of the dynamic bodies.
     pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
         let bodies = self.scene.bodies.iter().enumerate();
         bodies.filter(|(_, b)| b.def.kind == BodyKind::Dynamic).map(|(number, _)| number)
@@ -332,7 +333,7 @@ impl Run {
         wide(self.scene.config.gravity)
     }
 
-    /// Kinetic and potential energy of all bodies [J], the latter zero at the origin.
+    /// Kinetic and potential energy of all bodies [J]; potential energy is zero at the origin.
     #[must_use]
     pub fn energy(&self) -> f64 {
         let g = self.gravity();
@@ -355,7 +356,7 @@ impl Run {
         self.dynamic().fold([0.0; 3], |sum, body| add(sum, self.body(body).angular_momentum()))
     }
 
-    /// Sum of the bodies' speeds times masses [kg m/s]: what a drift of momentum is compared with.
+    /// Sum of the bodies' speeds times masses [kg m/s], the scale for drifts of momentum.
     #[must_use]
     pub fn momentum_scale(&self) -> f64 {
         self.dynamic().map(|body| norm(self.body(body).momentum())).sum()
@@ -365,10 +366,10 @@ impl Run {
         (0..self.scene.bodies.len()).map(|body| self.subject.state(body)).collect()
     }
 
-    /// The deepest overlap [m] and the largest joint error [m] now, from poses alone.
+    /// The maximum overlap [m] and maximum joint error [m] now, from poses alone.
     ///
     /// # Errors
-    /// drystone, which measures it, refuses the scene.
+    /// Fails if drystone, which measures them, refuses the scene.
     pub fn overlap(&self) -> Result<(f64, f64), EngineError> {
         let mut checker = Checker::new(&self.scene)?;
         let numbers: Vec<usize> = (0..self.scene.bodies.len()).collect();
@@ -376,14 +377,14 @@ impl Run {
         Ok((checker.max_penetration(), checker.max_joint_error().unwrap_or(0.0)))
     }
 
-    /// Whether all bodies still stand where they were put, by the criterion of the benchmarks.
+    /// Whether all bodies still stand in place, by the criterion of the benchmarks.
     #[must_use]
     pub fn stands(&self) -> bool {
         let bodies: Vec<&SceneBody> = self.scene.bodies.iter().collect();
         still_stands(self.scene.config.gravity, &bodies, &self.states(), 0.0).unwrap_or(false)
     }
 
-    /// How far the body that moved most has gone from where it was put [m].
+    /// Maximum displacement of a body from its initial position [m].
     #[must_use]
     pub fn drift(&self) -> f64 {
         let moved = |body: usize| {
@@ -393,8 +394,7 @@ impl Run {
         self.dynamic().map(moved).fold(0.0, worst)
     }
 
-    /// How far the body that moved most across gravity has gone from where it was put, and how far the one
-    /// that came down farthest has come [m].
+    /// Maximum displacement of a body perpendicular to gravity, and maximum descent of a body [m].
     #[must_use]
     pub fn drift_and_sag(&self) -> (f64, f64) {
         let down = scale(self.gravity(), 1.0 / norm(self.gravity()));

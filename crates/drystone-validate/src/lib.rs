@@ -1,9 +1,9 @@
-//! The accuracy table: simulations with a known answer, each with the error that it must not exceed and the
-//! one that is aimed at. `drystone validate` runs them on drystone; the workspace `bench/` runs the same
-//! tests on its peers.
+//! The accuracy table: simulations with a known answer. Each has an error that it must not exceed,
+//! and a smaller target. `drystone validate` runs them on drystone; the workspace `bench/` runs the
+//! same tests on its peers.
 //!
-//! A test builds a scene as data, lets a [`Lab`] run it under a [`Protocol`], and writes [`Row`]s. It knows an
-//! engine only through [`Subject`]. The tests stand in `family`, a file a family.
+//! A test builds a scene as data, runs it in a [`Lab`] under a [`Protocol`], and writes [`Row`]s.
+//! It uses an engine only through [`Subject`]. The tests are in `family`, one file per family.
 
 mod family;
 mod known;
@@ -24,10 +24,10 @@ pub use sweep::{Sweep, sweep};
 pub use table::{Table, side_by_side};
 pub use test::{Cost, FAMILIES, Family, Test, WAITING, all};
 
-/// The tests of these ids, case and order of no matter; all for none.
+/// The tests with these ids, in any case and order; all tests if there are no ids.
 ///
 /// # Errors
-/// An id that is not known, with those that are.
+/// Returns a message with the unknown id and the known ids.
 pub fn select(ids: &[String]) -> Result<Vec<&'static Test>, String> {
     for id in ids {
         let is = |known: &str| known.eq_ignore_ascii_case(id);
@@ -44,7 +44,7 @@ pub fn select(ids: &[String]) -> Result<Vec<&'static Test>, String> {
     Ok(all().filter(wanted).collect())
 }
 
-/// Runs tests one after the other; `before` is told of each.
+/// Runs tests one after the other, and calls `before` before each.
 pub fn run(lab: &Lab, tests: &[&'static Test], mut before: impl FnMut(&Test)) -> Table {
     let mut table = Table::new(lab);
     for test in tests {

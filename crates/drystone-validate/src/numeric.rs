@@ -1,30 +1,30 @@
-//! Numbers in f64: vectors, roots, integrals and fits that the closed forms and the readings need.
+//! Numbers in f64: vectors, roots, integrals and fits for the closed forms and the measurements.
 
 use drystone::{Quat, Vec3};
 
 /// A vector.
 pub(crate) type D3 = [f64; 3];
 
-/// A vector of the engine in f64.
+/// Converts a vector of the engine to f64.
 #[must_use]
 pub(crate) fn wide(v: Vec3) -> D3 {
     [f64::from(v.x), f64::from(v.y), f64::from(v.z)]
 }
 
-/// The nearest number an engine can be given.
+/// Rounds a number to the engine's precision.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "the nearest f32 is what is wanted")]
 pub(crate) const fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// The nearest vector an engine can be given.
+/// Rounds a vector to the engine's precision.
 #[must_use]
 pub(crate) const fn narrow(v: D3) -> Vec3 {
     drystone::vec3(single(v[0]), single(v[1]), single(v[2]))
 }
 
-/// A whole number of steps or things from a number that is one, up to rounding.
+/// Rounds a number that is an integer up to rounding, such as a number of steps.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range")]
 pub(crate) fn whole(x: f64) -> u64 {
@@ -67,13 +67,13 @@ pub(crate) fn norm(a: D3) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The larger of two errors; what is no number is the largest.
+/// The larger of two errors; NaN counts as the largest.
 #[must_use]
 pub(crate) fn worst(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
-/// `v` turned by `q`, which is taken as it is but for its length.
+/// `v` rotated by `q`, which is normalized but not otherwise rounded.
 #[must_use]
 pub(crate) fn rotate(q: Quat, v: D3) -> D3 {
     let u = [f64::from(q.x), f64::from(q.y), f64::from(q.z)];
@@ -86,13 +86,13 @@ pub(crate) fn rotate(q: Quat, v: D3) -> D3 {
     scale(turned, 1.0 / n)
 }
 
-/// `v` turned back by `q`.
+/// `v` rotated by the inverse of `q`.
 #[must_use]
 pub(crate) fn unrotate(q: Quat, v: D3) -> D3 {
     rotate(Quat::new(-q.x, -q.y, -q.z, q.w), v)
 }
 
-/// The rotation by `angle` [rad] about a unit `axis`, worked out in f64.
+/// The rotation by `angle` [rad] about a unit `axis`, computed in f64.
 #[must_use]
 pub(crate) fn turn(axis: D3, angle: f64) -> Quat {
     let (s, c) = (0.5 * angle).sin_cos();
@@ -102,7 +102,7 @@ pub(crate) fn turn(axis: D3, angle: f64) -> Quat {
 /// The angle between two rotations [rad].
 #[must_use]
 pub(crate) fn angle_between(p: Quat, q: Quat) -> f64 {
-    // The vector part of p⁻¹ q: unlike the scalar part it keeps small angles.
+    // The vector part of p⁻¹ q: unlike the scalar part it resolves small angles.
     let (a, b) = (
         [f64::from(p.x), f64::from(p.y), f64::from(p.z)],
         [f64::from(q.x), f64::from(q.y), f64::from(q.z)],
@@ -112,7 +112,8 @@ pub(crate) fn angle_between(p: Quat, q: Quat) -> f64 {
     2.0 * norm(v).atan2((s * t + dot(a, b)).abs())
 }
 
-/// Complete elliptic integral of the first kind K(m), parameter m = k², by the arithmetic-geometric mean.
+/// Complete elliptic integral of the first kind K(m), parameter m = k², by the arithmetic-geometric
+/// mean.
 #[must_use]
 pub(crate) fn elliptic_k(m: f64) -> f64 {
     let (mut a, mut b) = (1.0_f64, (1.0 - m).sqrt());
@@ -122,7 +123,7 @@ pub(crate) fn elliptic_k(m: f64) -> f64 {
     core::f64::consts::FRAC_PI_2 / a
 }
 
-/// The root of `f` between `low` and `high`, where it changes its sign, by bisection.
+/// The root of `f` between `low` and `high`, where `f` changes sign, by bisection.
 pub(crate) fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let rising = f(high) > 0.0;
     for _ in 0..200 {
@@ -150,16 +151,17 @@ pub(crate) fn runge_kutta<const N: usize>(
     core::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
 }
 
-/// Collects the times at which a value that is read at step ends goes through zero.
+/// Collects the zero crossings of a value that is sampled at step ends.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Crossings {
     last: Option<(f64, f64)>,
-    /// The times, found by a straight line between two readings, and whether the value rose.
+    /// Times of the crossings, interpolated linearly between two samples, and whether the value
+    /// rose.
     pub(crate) times: Vec<(f64, bool)>,
 }
 
 impl Crossings {
-    /// One more reading.
+    /// Adds a sample.
     pub(crate) fn read(&mut self, time: f64, value: f64) {
         if let Some((t, v)) = self.last
             && v != 0.0
@@ -170,7 +172,7 @@ impl Crossings {
         self.last = Some((time, value));
     }
 
-    /// Mean time between two rises; NaN with less than two.
+    /// Mean time between rising crossings; NaN if there are fewer than two.
     #[must_use]
     pub(crate) fn period(&self) -> f64 {
         let rises: Vec<f64> = self.times.iter().filter(|(_, up)| *up).map(|(t, _)| *t).collect();
@@ -181,8 +183,8 @@ impl Crossings {
     }
 }
 
-/// Follows a height and keeps its first maximum after it has fallen: the apex of the first bounce, by a
-/// parabola through the three readings around it.
+/// Tracks a height and keeps its first maximum after it has fallen, the apex of the first bounce. A
+/// parabola through the three nearest samples interpolates it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FirstApex {
     last: [f64; 2],
@@ -193,7 +195,7 @@ pub(crate) struct FirstApex {
 }
 
 impl FirstApex {
-    /// One more reading of the height.
+    /// Adds a sample of the height.
     pub(crate) fn read(&mut self, y: f64) {
         let [a, b] = self.last;
         if self.count >= 2 && self.apex.is_none() {
@@ -216,7 +218,7 @@ impl FirstApex {
     }
 }
 
-/// Follows a slip speed that falls along a straight line and tells when it is used up.
+/// Tracks a slip speed that falls linearly, and extrapolates the time when it reaches zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SlipEnd {
     readings: [(f64, f64); 2],
@@ -224,15 +226,16 @@ pub(crate) struct SlipEnd {
 }
 
 impl SlipEnd {
-    /// One more reading, while there is slip. The first two that count are kept apart from the last, so
-    /// that the line is as long as the slip lasts.
+    /// Adds a sample while there is slip. The first sample is kept apart from the last, so that the
+    /// line is as long as the slip lasts.
     pub(crate) fn read(&mut self, time: f64, slip: f64) {
         let at = usize::from(self.count > 0);
         self.readings[at] = (time, slip);
         self.count += 1;
     }
 
-    /// When the line through the first and the last reading reaches zero; NaN with less than two.
+    /// Time when the line through the first and the last sample reaches zero; NaN with fewer than
+    /// two.
     #[must_use]
     pub(crate) fn time(&self) -> f64 {
         let [(t, s), (u, r)] = self.readings;
@@ -240,18 +243,18 @@ impl SlipEnd {
     }
 }
 
-/// A small generator of random numbers (`xorshift64*`): the same scene everywhere.
+/// A small random number generator (`xorshift64*`), which gives the same scene on every machine.
 #[derive(Clone, Debug)]
 pub(crate) struct Random(u64);
 
 impl Random {
-    /// From a seed other than 0.
+    /// Starts from a nonzero seed.
     #[must_use]
     pub(crate) const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// From 0 to 1.
+    /// A uniform random number from 0 to 1.
     pub(crate) fn unit(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -260,12 +263,12 @@ impl Random {
         bits as f64 / 9_007_199_254_740_992.0
     }
 
-    /// From `low` to `high`.
+    /// A uniform random number from `low` to `high`.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// A direction.
+    /// A random direction.
     pub(crate) fn direction(&mut self) -> D3 {
         loop {
             let v = [0; 3].map(|_| self.between(-1.0, 1.0));
@@ -276,7 +279,7 @@ impl Random {
         }
     }
 
-    /// A rotation.
+    /// A random rotation.
     pub(crate) fn rotation(&mut self) -> Quat {
         let axis = self.direction();
         turn(axis, self.between(0.0, core::f64::consts::TAU))
@@ -332,7 +335,7 @@ mod tests {
         for i in 0..600 {
             let t = f64::from(i) / 60.0;
             crossings.read(t, (2.0 * PI * t / 1.7).cos());
-            // A ball that falls from 1 m, bounces at the time √(2/10) and comes up to 0.25 m.
+            // A ball falls from 1 m, bounces at the time √(2/10), and rises to 0.25 m.
             let fall = t - 0.2_f64.sqrt();
             let up = 5.0_f64.sqrt();
             apex.read(if fall < 0.0 { 1.0 - 5.0 * t * t } else { up * fall - 5.0 * fall * fall });

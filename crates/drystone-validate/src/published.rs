@@ -1,17 +1,17 @@
-//! What others published of the same tests, in the units of our rows: SimBenchmark (leggedrobotics, 2018), whose
-//! figures are means of squares in joules where our rows are roots of them per energy.
+//! Published results of the same tests, in the units of our rows: SimBenchmark (leggedrobotics,
+//! 2018). Its figures are mean squares in joules; our rows are their roots relative to the energy.
 
 use core::fmt::Write as _;
 
 use crate::row::Row;
 use crate::table::shown;
 
-/// Errors of other engines in one of our rows.
+/// Published errors of other engines in one of our rows.
 struct Published {
-    /// Of the row.
+    /// Id of the row's test.
     id: &'static str,
     case: &'static str,
-    /// The step they were made with [ms].
+    /// Length of the step they used [ms].
     step: f64,
     /// Engine and error.
     errors: &'static [(&'static str, f64)],
@@ -42,7 +42,7 @@ const PUBLISHED: &[Published] = &[
             ("DART", 3.1),
         ],
     },
-    // Of 24034.5 J.
+    // Relative to 24034.5 J.
     Published {
         id: "A17",
         case: "E, root mean square",
@@ -61,7 +61,7 @@ const PUBLISHED: &[Published] = &[
             ("DART", 9.3e3),
         ],
     },
-    // Of 34454.3 J.
+    // Relative to 34454.3 J.
     Published {
         id: "S4",
         case: "E, root mean square",
@@ -81,7 +81,7 @@ const PUBLISHED: &[Published] = &[
             ("DART", 150.0),
         ],
     },
-    // Of 3933 J: 33.947 kg thrown up by 1 g for 1 s from 2 m.
+    // Relative to 3933 J: 33.947 kg accelerated upward at 1 g for 1 s from 2 m.
     Published {
         id: "S6",
         case: "RMS of its error, per energy",
@@ -113,7 +113,7 @@ The ring of Kapla bricks (A38b; how it is laid is ours) must stand for 600 s. Pu
 without correction of errors), falls after 551 or 1.5 s in Bullet, 65 or 1.2 s in ODE, 2 to 33 s in MuJoCo, and 0.2 s in DART (100 iterations).
 ";
 
-/// The rows that others published beside theirs, as a section of the Markdown page.
+/// The rows with published results beside ours, as a section of the Markdown page.
 pub(crate) fn section(rows: &[Row]) -> String {
     let mut text = String::new();
     for published in PUBLISHED {

@@ -1,26 +1,26 @@
-//! A row of the table: what was asked, what the closed form says, what was measured, and the verdicts.
+//! A row of the table: the case, the expected and measured values, and the verdicts.
 
 use serde::{Deserialize, Serialize};
 
-/// The error that is allowed, and the one that is aimed at.
+/// The allowed error and the target error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
-    /// Must: an error above it is a failure.
+    /// Maximum error; a larger one is a failure.
     pub must: f64,
-    /// Great.
+    /// Target error.
     pub great: f64,
 }
 
-/// Limits of an error: must, great.
+/// Limits of an error: allowed and target.
 #[must_use]
 pub const fn limits(must: f64, great: f64) -> Limits {
     Limits { must, great }
 }
 
-/// What an error is counted in.
+/// Unit of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
-    /// As a part of the expected value, or of another one that the test names.
+    /// Fraction of the expected value, or of another reference that the test names.
     #[serde(rename = "relative")]
     Part,
     /// Meters.
@@ -35,10 +35,10 @@ pub enum Unit {
     /// Radians.
     #[serde(rename = "rad")]
     Radian,
-    /// Radians a second.
+    /// Radians per second.
     #[serde(rename = "rad/s")]
     RadianPerSecond,
-    /// Meters a second.
+    /// Meters per second.
     #[serde(rename = "m/s")]
     MeterPerSecond,
     /// Square of a speed.
@@ -47,13 +47,13 @@ pub enum Unit {
     /// Square of a momentum.
     #[serde(rename = "kg²m²/s²")]
     SquareMomentum,
-    /// Things that went wrong.
+    /// Number of failures.
     #[serde(rename = "count")]
     Count,
 }
 
 impl Unit {
-    /// As written behind a number.
+    /// The unit's symbol after a number.
     #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
@@ -77,34 +77,35 @@ pub struct Row {
     pub id: String,
     /// Name of its test.
     pub name: String,
-    /// What is varied, here: `e 0.5, apex`. With the id it names the row.
+    /// The variant: `e 0.5, apex`. With the id it names the row.
     pub case: String,
     /// The closed form, in words.
     pub closed_form: String,
-    /// What the closed form says.
+    /// The exact value.
     #[serde(with = "number")]
     pub expected: f64,
-    /// What was measured.
+    /// The measured value.
     #[serde(with = "number")]
     pub measured: f64,
-    /// How far apart they are, as the test counts it.
+    /// The difference, as the test measures it.
     #[serde(with = "number")]
     pub error: f64,
-    /// Where great is asked of a harder run: the error of that one.
+    /// The error of a harder run, if `great` applies to one.
     #[serde(default, with = "harder")]
     pub harder: Option<f64>,
-    /// What the error is counted in.
+    /// Unit of the error.
     pub unit: Unit,
-    /// What is allowed.
+    /// Limits of the error.
     pub limits: Limits,
-    /// Error within `must`.
+    /// Whether the error is within `must`.
     pub passes_must: bool,
-    /// Error within `must`, and that of the harder run, if there is one, within `great`.
+    /// Whether the error is within `must`, and that of the harder run, if any, or else the error
+    /// itself, within `great`.
     pub passes_great: bool,
 }
 
 impl Row {
-    /// Its name among all rows.
+    /// Its unique name among all rows.
     #[must_use]
     pub fn key(&self) -> String {
         format!("{} {}", self.id, self.case)
@@ -118,11 +119,11 @@ pub struct Skipped {
     pub id: String,
     /// Its name.
     pub name: String,
-    /// Why.
+    /// The reason.
     pub why: String,
 }
 
-/// What a test writes its rows to.
+/// Collects the rows of a test.
 #[derive(Debug)]
 pub struct Rows {
     id: &'static str,
@@ -133,19 +134,19 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// None yet.
+    /// Starts an empty list.
     #[must_use]
     pub const fn new(id: &'static str, name: &'static str, closed_form: &'static str) -> Self {
         Self { id, name, closed_form, list: Vec::new() }
     }
 
-    /// A row whose error is the part of the expected value by which the measured one is off.
+    /// Adds a row whose error is relative to the expected value.
     pub fn relative(&mut self, case: impl Into<String>, expected: f64, measured: f64, l: Limits) {
         let error = ((measured - expected) / expected).abs();
         self.push(case.into(), [expected, measured, error], Unit::Part, l, None);
     }
 
-    /// A row whose error is the difference, in a unit.
+    /// Adds a row whose error is the difference, in a unit.
     pub fn absolute(
         &mut self,
         case: impl Into<String>,
@@ -158,12 +159,12 @@ impl Rows {
         self.push(case.into(), [expected, measured, error], unit, l, None);
     }
 
-    /// A row about something that should be zero and must not be above the limits.
+    /// Adds a row about a value that should be zero and must not exceed the limits.
     pub fn at_most(&mut self, case: impl Into<String>, measured: f64, unit: Unit, l: Limits) {
         self.push(case.into(), [0.0, measured, measured], unit, l, None);
     }
 
-    /// A row of the same kind, where great is asked of a harder run.
+    /// As `at_most`, but `great` applies to a harder run.
     pub fn at_most_harder(
         &mut self,
         case: impl Into<String>,
@@ -174,7 +175,7 @@ impl Rows {
         self.push(case.into(), [0.0, measured, measured], unit, l, Some(harder));
     }
 
-    /// A row whose error was worked out by the test.
+    /// Adds a row whose error the test computed itself.
     pub fn error(
         &mut self,
         case: impl Into<String>,
@@ -186,7 +187,7 @@ impl Rows {
         self.push(case.into(), [expected, measured, error], unit, l, None);
     }
 
-    /// A row about something that is so or not, in the run that must and in the harder one.
+    /// Adds a row about a condition, for the run of `must` and for the harder one.
     pub fn holds(&mut self, case: impl Into<String>, must: bool, great: bool) {
         let count = |yes: bool| if yes { 0.0 } else { 1.0 };
         let numbers = [1.0, 1.0 - count(must), count(must)];
@@ -201,7 +202,7 @@ impl Rows {
         limits: Limits,
         harder: Option<f64>,
     ) {
-        // Written so that what is no number fails.
+        // Written so that NaN fails.
         let passes_must = error <= limits.must;
         let passes_great = passes_must && harder.unwrap_or(error) <= limits.great;
         self.list.push(Row {
@@ -221,7 +222,7 @@ impl Rows {
     }
 }
 
-/// JSON has no NaN and no infinity: they are written as text.
+/// JSON has no NaN and no infinity, so they are written as text.
 mod number {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 

@@ -1,4 +1,4 @@
-//! Parts that many scenes have: floors, slopes, cubes and balls.
+//! Common parts of scenes: floors, slopes, cubes and balls.
 
 use drystone::joint::{Ball, SixDof};
 use drystone::{BodyDef, JointKind, Quat, ShapeDef, Vec3};
@@ -7,10 +7,10 @@ use drystone_scene::{Scene, SceneJoint};
 
 use crate::numeric::{D3, add, narrow, rotate, scale, single, turn};
 
-/// Standard gravity of the tests [m/s²], as the engine has it.
+/// Standard gravity of the tests [m/s²], in the engine's precision.
 pub(crate) const G: f64 = 9.81_f32 as f64;
 
-/// A surface: friction, restitution.
+/// Properties of a surface: friction, restitution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
     /// Coefficient of friction.
@@ -20,13 +20,13 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    /// Without bounce.
+    /// A surface without bounce.
     #[must_use]
     pub(crate) const fn rough(mu: f64) -> Self {
         Self { mu, e: 0.0 }
     }
 
-    /// Without friction.
+    /// A surface without friction.
     #[must_use]
     pub(crate) const fn bouncy(e: f64) -> Self {
         Self { mu: 0.0, e }
@@ -73,32 +73,32 @@ impl Slope {
         Self { angle: angle.to_radians() }
     }
 
-    /// Out of the ground.
+    /// The normal, out of the ground.
     #[must_use]
     pub(crate) fn normal(self) -> D3 {
         [self.angle.sin(), self.angle.cos(), 0.0]
     }
 
-    /// Down the slope.
+    /// The direction down the slope.
     #[must_use]
     pub(crate) fn down(self) -> D3 {
         [self.angle.cos(), -self.angle.sin(), 0.0]
     }
 
-    /// From upright to at right angles to the slope.
+    /// The rotation from upright to perpendicular to the slope.
     #[must_use]
     pub(crate) fn turn(self) -> Quat {
         turn([0.0, 0.0, 1.0], -self.angle)
     }
 
-    /// A place: how far down, how far above the surface, how far to the side [m].
+    /// A point at these distances down the slope, above its surface, and to the side [m].
     #[must_use]
     pub(crate) fn place(self, down: f64, above: f64, side: f64) -> Vec3 {
         let p = add(scale(self.down(), down), scale(self.normal(), above));
         narrow(add(p, [0.0, 0.0, side]))
     }
 
-    /// The ground.
+    /// Adds the ground.
     pub(crate) fn add(self, scene: &mut Scene, surface: Surface) -> usize {
         let ground = surface.on(ShapeDef::half_space(narrow(self.normal()), 0.0));
         scene.add("slope", BodyDef::fixed().with_shape(ground))
@@ -119,10 +119,10 @@ pub(crate) fn ball(radius: f64, position: Vec3, surface: Surface) -> BodyDef {
     BodyDef::dynamic().with_position(position).with_shape(shape)
 }
 
-/// A ball joint at a point of the world, with the bodies as they are placed.
+/// Adds a ball joint at a point of the world, with the bodies at their initial poses.
 ///
 /// # Errors
-/// A body of this number is not there.
+/// Fails if a body of this number does not exist.
 pub(crate) fn add_ball_joint(
     scene: &mut Scene,
     a: usize,
@@ -132,10 +132,11 @@ pub(crate) fn add_ball_joint(
     join(scene, [a, b], point, Ball::new())
 }
 
-/// A joint of six axes at a point of the world, with the bodies as they are placed; `frame` are its axes.
+/// Adds a six-axis joint at a point of the world, with the bodies at their initial poses; `frame`
+/// has its axes.
 ///
 /// # Errors
-/// A body of this number is not there.
+/// Fails if a body of this number does not exist.
 pub(crate) fn add_joint(
     scene: &mut Scene,
     a: usize,

@@ -1,4 +1,4 @@
-//! The sweep: the same tests at several steps, and the order in which their errors fall.
+//! The sweep: the same tests at several steps, and the order of convergence of their errors.
 
 use core::fmt::Write as _;
 
@@ -7,9 +7,9 @@ use crate::row::Row;
 use crate::table::{Table, aligned, shown};
 use crate::test::Test;
 
-/// Substeps at 60 steps a second.
+/// Numbers of substeps at 60 steps per second.
 const SUBSTEPS: [u32; 4] = [1, 2, 4, 8];
-/// Steps a second, of the method's own substeps.
+/// Steps per second, with the method's own number of substeps.
 const RATES: [f64; 3] = [30.0, 60.0, 120.0];
 
 /// Tables of a sweep.
@@ -21,7 +21,7 @@ pub struct Sweep {
     pub rates: Vec<Table>,
 }
 
-/// Runs tests, those of them that sweep, at all settings.
+/// Runs the tests that support a sweep at all settings.
 pub fn sweep(lab: &Lab, tests: &[&'static Test], mut before: impl FnMut(&Test)) -> Sweep {
     let tests: Vec<&'static Test> = tests.iter().copied().filter(|test| test.sweeps).collect();
     let mut at = |hz: f64, substeps: u32| {
@@ -34,15 +34,15 @@ pub fn sweep(lab: &Lab, tests: &[&'static Test], mut before: impl FnMut(&Test)) 
     }
 }
 
-/// The order of convergence between the first and the last error, with the step `ratio` times as short: 1 if
-/// the error falls with the step, 2 with its square.
+/// The order of convergence between the first and the last error, with a step shorter by the factor
+/// `ratio`. It is 1 if the error is proportional to the step, 2 if to its square.
 #[must_use]
 pub(crate) fn order(first: f64, last: f64, ratio: f64) -> f64 {
     (first / last).ln() / ratio.ln()
 }
 
 impl Sweep {
-    /// As text: an error a setting, and the order over the whole range.
+    /// As text: one error per setting, and the order over the whole range.
     #[must_use]
     pub fn text(&self) -> String {
         self.parts().map(|part| aligned(&part.lines)).join("\n")
@@ -55,7 +55,7 @@ impl Sweep {
         for part in self.parts() {
             let _ = write!(text, "\n## {}\n\n{}\n\n", part.title, part.summary());
             for (number, line) in part.lines.iter().enumerate() {
-                // The columns that both tables have, and no empty ones between.
+                // The columns that both tables have, without the unused ones.
                 let cells: Vec<&str> = line.iter().map(String::as_str).collect();
                 let (used, order) = (&cells[..2 + part.settings], cells[LAST]);
                 let _ = writeln!(text, "| {} | {order} |", used.join(" | "));
@@ -85,12 +85,12 @@ Written by `drystone validate --sweep --markdown > docs/convergence.md`.
 rounding of `f32` already has none, nor has what the engine makes exact whatever the step (bounces, parabolas). Rows
 whose closed form has no end in the step, such as what a column sinks, tell by their order how stiff contacts become.";
 
-/// An order from which on an error falls as the step does.
+/// Minimum order that counts as first-order convergence.
 const FIRST: f64 = 0.7;
-/// An error that only rounding is left of, in whatever unit.
+/// Errors below this are rounding only, in any unit.
 const ROUNDING: f64 = 1.0e-4;
 
-/// The last of a listing's columns: the order.
+/// The last column of a listing: the order.
 const LAST: usize = 7;
 
 /// A table of a sweep.
@@ -136,7 +136,7 @@ impl Part {
         self.lines.push(core::array::from_fn(|i| cells[i].clone()));
     }
 
-    /// How many rows converge.
+    /// Number of rows that converge.
     fn summary(&self) -> String {
         let falls = self.ends.iter().filter(|(order, _)| *order >= FIRST).count();
         let tiny = |(order, last): &&(f64, f64)| !(*order >= FIRST) && *last <= ROUNDING;
@@ -163,7 +163,7 @@ mod tests {
         assert!((order(16.0, 1.0, 4.0) - 2.0).abs() < 1.0e-12);
         assert!(order(1.0, 1.0, 4.0).abs() < 1.0e-12);
     }
-    /// Tables with an error each.
+    /// Tables with one error each.
     fn tables(errors: &[f64]) -> Vec<Table> {
         let lab = Lab {
             candidate: Candidate::of::<drystone_bench::Own>(),

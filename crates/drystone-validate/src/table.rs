@@ -9,27 +9,27 @@ use crate::published;
 use crate::row::{Row, Skipped, Unit};
 use crate::test::{FAMILIES, Family, WAITING};
 
-/// What came of a run of tests.
+/// Results of a run of tests.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Table {
     /// The engine.
     pub engine: String,
     /// Its version.
     pub version: String,
-    /// Steps a second.
+    /// Steps per second.
     pub hz: f64,
-    /// Substeps a step; 0 for the engine's own number.
+    /// Substeps per step; 0 for the engine's own number.
     pub substeps: u32,
-    /// What else was set.
+    /// Other settings.
     pub set: Vec<String>,
     /// The rows.
     pub rows: Vec<Row>,
-    /// Tests that could not run, or not to their end.
+    /// Tests that did not run, or not to their end.
     pub skipped: Vec<Skipped>,
 }
 
 impl Table {
-    /// Without rows yet.
+    /// Starts a table without rows.
     #[must_use]
     pub fn new(lab: &Lab) -> Self {
         Self {
@@ -43,13 +43,13 @@ impl Table {
         }
     }
 
-    /// True if every row is within what it must, and every test ran.
+    /// True if every row is within its `must` limit and every test ran.
     #[must_use]
     pub fn passes(&self) -> bool {
         self.skipped.is_empty() && self.rows.iter().all(|row| row.passes_must)
     }
 
-    /// `61 rows: 40 great, 57 pass, 4 fail`.
+    /// One line: `61 rows: 57 pass, 40 of them great, 4 fail`.
     #[must_use]
     pub fn summary(&self) -> String {
         let count = |of: fn(&Row) -> bool| self.rows.iter().filter(|row| of(row)).count();
@@ -71,7 +71,7 @@ impl Table {
         let mut lines = vec![header.map(str::to_owned)];
         let mut last = "";
         for row in &self.rows {
-            // The name stands once.
+            // The name appears once.
             let (id, name) =
                 if row.id == last { ("", "") } else { (row.id.as_str(), row.name.as_str()) };
             last = row.id.as_str();
@@ -214,7 +214,7 @@ second, sleep off. A dash: the test asks for what an engine does not have, or fo
 
 | id | test | case | must | great |";
 
-/// The same tests of several engines: a Markdown page of their errors.
+/// A Markdown page of the errors of several engines in the same tests.
 #[must_use]
 pub fn side_by_side(tables: &[Table]) -> String {
     let mut text = BESIDE.to_owned();
@@ -268,12 +268,12 @@ const fn verdict(row: &Row) -> &'static str {
     }
 }
 
-/// A limit; one that is no number of its own is left out.
+/// A limit as text; a dash if there is none.
 fn bound(limit: f64, unit: Unit) -> String {
     if (0.0..f64::MAX).contains(&limit) { shown(limit, unit) } else { "–".to_owned() }
 }
 
-/// An error with its unit; parts in percent where that reads better.
+/// An error with its unit; fractions in percent where that reads better.
 pub(crate) fn shown(value: f64, unit: Unit) -> String {
     match unit {
         Unit::Part if value == 0.0 || value >= 1.0e-4 => format!("{} %", plain(100.0 * value)),
@@ -282,7 +282,7 @@ pub(crate) fn shown(value: f64, unit: Unit) -> String {
     }
 }
 
-/// A number with four digits that count.
+/// A number with four significant digits.
 pub(crate) fn plain(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -307,7 +307,7 @@ pub(crate) fn plain(value: f64) -> String {
     }
 }
 
-/// Columns as wide as their widest entry.
+/// Columns padded to the width of their widest entry.
 pub(crate) fn aligned<const N: usize>(lines: &[[String; N]]) -> String {
     let width = |column: usize| lines.iter().map(|l| l[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = core::array::from_fn(width);

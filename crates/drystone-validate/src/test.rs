@@ -1,4 +1,4 @@
-//! What a test is, and all of them.
+//! The definition of a test, and the list of all tests.
 
 use drystone_bench::EngineError;
 
@@ -6,7 +6,7 @@ use crate::family;
 use crate::lab::Lab;
 use crate::row::Rows;
 
-/// How long a test takes.
+/// Duration class of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
     /// Up to about a second: part of every change's checks.
@@ -15,22 +15,22 @@ pub enum Cost {
     Long,
 }
 
-/// A test: one setup with a known answer, with its variants.
+/// A test: one setup with a known answer, and its variants.
 #[derive(Clone, Copy, Debug)]
 pub struct Test {
     /// Its id in the list of tests, `A16`.
     pub id: &'static str,
-    /// What it is, in a few words.
+    /// Its name, in a few words.
     pub name: &'static str,
-    /// What is varied.
+    /// The varied parameters.
     pub varied: &'static str,
     /// The closed form, in words.
     pub closed_form: &'static str,
-    /// How long it takes.
+    /// Its duration class.
     pub cost: Cost,
-    /// Whether its error is expected to fall with the step: part of the sweep.
+    /// Whether its error should fall with the step, so that it is part of the sweep.
     pub sweeps: bool,
-    /// Runs it.
+    /// Runs the test.
     pub run: fn(&Lab, &mut Rows) -> Result<(), EngineError>,
 }
 
@@ -46,21 +46,21 @@ impl Test {
         Self { id, name, varied, closed_form, cost: Cost::Short, sweeps: false, run }
     }
 
-    /// The same, which takes long.
+    /// This test as a long one.
     pub(crate) const fn long(self) -> Self {
         Self { cost: Cost::Long, ..self }
     }
 
-    /// The same, as part of the sweep.
+    /// This test as part of the sweep.
     pub(crate) const fn swept(self) -> Self {
         Self { sweeps: true, ..self }
     }
 }
 
-/// A family of tests: what they are about, and the tests.
+/// A family of tests: its topic and its tests.
 #[derive(Clone, Copy, Debug)]
 pub struct Family {
-    /// What they are about.
+    /// The topic.
     pub title: &'static str,
     /// The tests.
     pub tests: &'static [Test],
@@ -86,7 +86,7 @@ pub fn all() -> impl Iterator<Item = &'static Test> {
     FAMILIES.iter().flat_map(|family| family.tests)
 }
 
-/// Tests of the list that wait for a part of the engine: id, name, what for.
+/// Tests of the list that require an unfinished part of the engine: id, name, missing part.
 pub const WAITING: &[(&str, &str, &str)] =
     &[("A44b", "large worlds, 1e7 m", "positions of more than f32")];
 

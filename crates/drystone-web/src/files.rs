@@ -1,4 +1,4 @@
-//! What can be opened: the catalog, and the file that was dropped last.
+//! The scenes that can be opened: the catalog, and the file that was dropped last.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -7,18 +7,18 @@ use drystone_scene::gltf::{self, AutoColliders};
 use drystone_scene::obj;
 use drystone_view::sim::Opened;
 
-/// A file that was dropped.
+/// A file that was dropped on the page.
 struct File {
     name: String,
-    /// Its bytes, or why it is not opened.
+    /// Its bytes, or the reason it cannot be opened.
     bytes: Result<Vec<u8>, String>,
-    /// Its animations are played.
+    /// Plays its animations.
     film: bool,
 }
 
 static LAST: Mutex<Option<File>> = Mutex::new(None);
 
-/// Keeps a file that was dropped, in place of the last one.
+/// Stores a file that was dropped, in place of the previous one.
 pub(crate) fn keep(name: &str, bytes: Result<Vec<u8>, String>, film: bool) {
     let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
     *last = Some(File { name: name.to_owned(), bytes, film });
@@ -39,7 +39,7 @@ pub(crate) fn open(name: &str) -> Result<Opened, String> {
 }
 
 fn read(name: &str, bytes: &[u8], film: bool) -> Result<drystone_scene::Scene, String> {
-    // Of a file without physics: what it shows falls.
+    // Bodies from a file without physics get colliders, and gravity.
     let options = gltf::Options { auto_colliders: Some(AutoColliders::Hull), gravity: None };
     let is_obj = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
     let scene = if is_obj {

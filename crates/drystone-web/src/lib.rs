@@ -1,4 +1,5 @@
-//! The viewer in a page of a browser: what the page's script calls. `cargo xtask web` builds it.
+//! The viewer in a web page: the functions that the page's script calls. `cargo xtask web` builds
+//! it.
 
 #![cfg(target_arch = "wasm32")]
 
@@ -21,9 +22,10 @@ thread_local! {
     static FAILED: RefCell<Option<Function>> = const { RefCell::new(None) };
 }
 
-/// Shows a scene of the catalog, or the file that was given last, on a canvas. Returns why it cannot be opened, if
-/// that is so. `failed` is called with a line of text when the viewer can go on no longer. `panel` is whether the
-/// panel is seen at first; undefined, if there is room for it.
+/// Shows a scene of the catalog, or the file that was dropped last, on a canvas. Returns the reason
+/// if it cannot be opened. `failed` is called with a line of text when the viewer has to stop.
+/// `panel` says whether the panel is visible at first; if undefined, it is visible if there is room
+/// for it.
 #[wasm_bindgen]
 #[must_use]
 pub fn start(
@@ -52,10 +54,10 @@ pub fn start(
     None
 }
 
-/// Tells the page that the viewer has stopped.
+/// Reports to the page that the viewer has stopped.
 fn fail(why: &str) {
     web_sys::console::error_1(&JsValue::from_str(why));
-    // A second failure while the first is told is not told.
+    // A second failure during the report of the first is not reported.
     let failed = FAILED.with(|f| f.try_borrow().ok().and_then(|f| f.clone()));
     if let Some(failed) = failed {
         let _ = failed.call1(&JsValue::NULL, &JsValue::from_str(why));
@@ -70,7 +72,8 @@ fn send(command: Command) {
     });
 }
 
-/// What is shown, as JSON; empty before the first picture. docs/web.md lists its fields.
+/// The current state of the viewer as JSON; empty before the first picture. docs/web.md lists its
+/// fields.
 #[wasm_bindgen]
 #[must_use]
 pub fn drystone_state() -> String {
@@ -90,26 +93,26 @@ pub fn drystone_open_file(name: &str, bytes: Vec<u8>, film: bool) {
     send(Command::Open(name.to_owned()));
 }
 
-/// Says why a file that was dropped on the page is not opened.
+/// Stores the reason why a file that was dropped on the page cannot be opened.
 #[wasm_bindgen]
 pub fn drystone_refuse_file(name: &str, why: &str) {
     files::keep(name, Err(why.to_owned()), false);
     send(Command::Open(name.to_owned()));
 }
 
-/// Runs, or stands still.
+/// Runs or pauses.
 #[wasm_bindgen]
 pub fn drystone_play(playing: bool) {
     send(Command::Play(playing));
 }
 
-/// Goes to a step, at most 600 beyond the furthest so far, and stands still there.
+/// Goes to a step, at most 600 beyond the furthest step so far, and pauses there.
 #[wasm_bindgen]
 pub fn drystone_seek(step: u32) {
     send(Command::Seek(u64::from(step)));
 }
 
-/// How fast time goes: 1 is as in the world outside.
+/// Sets the speed of time; 1 is real time.
 #[wasm_bindgen]
 pub fn drystone_speed(speed: f32) {
     send(Command::Speed(speed));

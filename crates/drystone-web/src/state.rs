@@ -1,11 +1,11 @@
-//! What the page is told of what is shown.
+//! The viewer's state for the page.
 
 use drystone::Vec3;
 use drystone_view::places::Place;
 use drystone_view::sim::Shown;
 use serde_json::{Map, Value, json};
 
-/// Everything that a page, or a program that drives it, may want to know.
+/// The state as JSON, for a page or a program that drives it.
 pub(crate) fn json(shown: &Shown, places: &[Place]) -> String {
     let vec = |v: Vec3| json!([v.x, v.y, v.z]);
     let views: Vec<Value> = shown

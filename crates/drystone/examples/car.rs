@@ -1,4 +1,5 @@
-//! A car on four sprung wheels: it drives up a ramp, brakes there, rolls back, and steers. It faces x; -z is its left.
+//! A car on four sprung wheels drives up a ramp, brakes there, rolls back, and steers. It faces x;
+//! -z is its left.
 
 use drystone::joint::{JointDrive, JointSpring, Wheel};
 use drystone::math::trig;
@@ -14,7 +15,7 @@ fn drive(w: &mut World, wheels: &[JointId], axis: Axis, how: Option<JointDrive>)
     Ok(())
 }
 
-/// Goes on for some tenths of a second; gives place and velocity.
+/// Steps for some tenths of a second; returns position and velocity.
 fn run(world: &mut World, car: BodyId, tenths: u32) -> (Vec3, Vec3) {
     (0..6 * tenths).for_each(|_| world.step(1.0 / 60.0));
     world.body(car).map_or_else(Default::default, |car| (car.position(), car.linear_velocity()))

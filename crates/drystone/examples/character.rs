@@ -1,4 +1,5 @@
-//! A character walks stairs and slopes, rides a lift and pushes crates: a mover, with a body that follows.
+//! A character walks on stairs and slopes, rides a lift and pushes crates: a mover, with a body
+//! that follows.
 
 use drystone::math::trig;
 use drystone::mover::Mover;
@@ -6,7 +7,8 @@ use drystone::query::{BodyKinds, QueryFilter};
 use drystone::{BodyDef, BodyId, DefError, Quat, Shape, ShapeDef};
 use drystone::{Vec3, World, vec3};
 
-/// Walks along x [m/s] for some steps and stops; gives where it comes to. Crates do not hold it: its body pushes them.
+/// Walks along x [m/s] for some steps, stops, and returns the position. Crates do not block the
+/// mover, because its body pushes them.
 fn walk(world: &mut World, body: BodyId, speed: f32, steps: u32) -> Result<Vec3, DefError> {
     let (mover, mut fall, dt) = (Mover::new(Shape::capsule(0.5, 0.3)), 0.0, 1.0 / 60.0);
     let level = QueryFilter::default().with_kinds(BodyKinds::STATIC | BodyKinds::KINEMATIC);

@@ -1,11 +1,12 @@
-//! A crane: a trolley, a rope that is reeled, and a magnet that takes two crates and puts them down elsewhere.
+//! A crane: a trolley, a hoisting rope, and a magnet that moves two crates.
 
 use drystone::joint::{Fixed, Rope};
 use drystone::{BodyDef, BodyId, JointDef, JointId, ShapeDef, World};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Drives the trolley and lets out the rope [m/s] for some half seconds; the rope by 1 m/s².
+/// Drives the trolley and lets out the rope at these speeds [m/s] for a number of half seconds; the
+/// rope accelerates at 1 m/s².
 fn run(w: &mut World, (cart, rope): (BodyId, JointId), drive: f32, out: f32, half: u16) -> Outcome {
     for k in 0..30 * half {
         let most = f32::from(k.min(30 * half - k)) / 60.0;

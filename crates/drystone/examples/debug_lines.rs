@@ -1,4 +1,5 @@
-//! A world as lines, for a host that has a renderer of its own: here a picture in SVG, seen from the side and above.
+//! A world as lines, for a host with its own renderer: here an SVG picture, seen from the side and
+//! above.
 
 use std::fmt::Write as _;
 
@@ -10,7 +11,7 @@ use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World, WorldConfig};
 #[derive(Default)]
 struct Picture(String);
 
-/// Where a place of the world is in the picture: without perspective.
+/// The position of a world point in the picture, without perspective.
 fn pixel(p: Vec3) -> (f32, f32) {
     (320.0 + 80.0 * (p.x - 0.5 * p.z), 360.0 - 80.0 * (p.y + 0.3 * p.z))
 }
@@ -20,7 +21,7 @@ impl DebugDraw for Picture {
         let DebugColor { red, green, blue, .. } = color;
         let ((x1, y1), (x2, y2)) = (pixel(a), pixel(b));
         let stroke = format!("stroke='#{red:02x}{green:02x}{blue:02x}'");
-        // A string takes whatever is written to it.
+        // Writing to a string cannot fail.
         let _ = writeln!(
             self.0,
             "<line x1='{x1:.1}' y1='{y1:.1}' x2='{x2:.1}' y2='{y2:.1}' {stroke}/>"

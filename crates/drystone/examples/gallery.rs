@@ -1,8 +1,9 @@
-//! Bullets of 1 cm at 300 m/s against thin plates that stand, fly or spin, at 60 steps a second: none passes through.
+//! Bullets of 1 cm at 300 m/s hit thin plates at rest, in flight or spinning, at 60 steps per
+//! second: none passes through.
 
 use drystone::{BodyDef, DefError, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
-/// A plate that a bullet meets about 7.3 m ahead.
+/// A plate about 7.3 m ahead of the bullet.
 #[derive(Clone, Copy)]
 struct Plate {
     thick: f32,
@@ -12,11 +13,12 @@ struct Plate {
     degrees: f32,
 }
 
-/// Shoots at a plate from `start` on; gives whether they met, and the part of the momentum that was lost.
+/// Shoots at a plate from `start`; returns whether it was hit, and the fraction of the momentum
+/// that was lost.
 fn shoot(plate: Plate, start: f32) -> Result<(bool, f32), DefError> {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world = World::new(config)?;
-    // The gunner leads the plate by the time of the bullet's flight.
+    // The plate starts farther back by its displacement during the bullet's flight.
     let lead = plate.velocity * ((7.3 - start) / 300.0);
     let turn = Quat::from_axis_angle(Vec3::Z, plate.degrees.to_radians());
     let body = BodyDef::dynamic().with_position(vec3(7.3, 0.0, 0.0) - lead).with_rotation(turn);

@@ -1,11 +1,12 @@
-//! A player becomes a ghost, walks through walls, and becomes solid inside one: it is pushed out.
+//! A player becomes a ghost, walks through walls, and becomes solid inside one: the wall pushes it
+//! out.
 
 use drystone::{AxisLocks, BodyDef, BodyId, Filter, ShapeDef, World};
 
 const WALL: u64 = 2;
 const PLAYER: u64 = 4;
 
-/// Walks for so many steps at so many m/s, and gives the place.
+/// Walks for some steps at this speed [m/s], and returns the position.
 fn walk(world: &mut World, player: BodyId, speed: f32, steps: u32) -> Option<[f32; 3]> {
     for _ in 0..steps {
         let mut body = world.body_mut(player)?;

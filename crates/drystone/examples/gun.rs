@@ -1,4 +1,4 @@
-//! A hitscan gun: it ignores its owner, lists all that it hits, and shoots through glass.
+//! A hitscan gun: it ignores its owner, lists all its hits, and shoots through glass.
 
 use drystone::query::QueryFilter;
 use drystone::{BodyDef, Filter, Mesh, Shape, ShapeDef, World, vec3};
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wall = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
     let wall = ShapeDef::new(Shape::Mesh(Arc::new(wall)));
     let wall = world.add_body(BodyDef::fixed().with_shape(wall))?;
-    // The muzzle is in the owner's torso, and the arm is before it.
+    // The muzzle is inside the owner's torso, and the arm is in front of it.
     let (owner, muzzle, aim) = ([torso, arm], vec3(0.0, 1.5, 0.0), vec3(100.0, 0.0, 0.0));
     let others = QueryFilter::default().without(&owner);
     let mut hits = Vec::new();
@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{:.4} m, normal {:?}", 100.0 * hit.fraction, hit.normal);
         assert!((100.0 * hit.fraction - want).abs() < 1e-3);
     }
-    // All layers but glass. Both sides count: with layer 0 alone, shapes whose masks lack it are not seen.
+    // All layers except glass. Both sides count: with layer 0 alone, the ray would miss shapes
+    // whose masks lack it.
     let no_glass = Filter { layers: u64::MAX, exclude: GLASS, ..Filter::default() };
     let hit = world.query().cast_ray(muzzle, aim, others.with_filter(no_glass))?;
     assert_eq!(hit.map(|hit| hit.body), Some(foe));

@@ -1,11 +1,13 @@
-//! A lift carries three crates slowly, with stops, and fast. They keep their places, and sleep while it stands.
+//! A lift carries three crates slowly, with stops, and fast. They keep their places, and sleep
+//! while it stops.
 
 use drystone::math::trig;
 use drystone::{BodyDef, BodyId, DefError, Pose, ShapeDef, World};
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Moves the lift to a height in one step, and gives the most that a crate is off its place [m].
+/// Moves the lift to a height in one step, and returns the maximum displacement of a crate from its
+/// place [m].
 fn step_to(world: &mut World, lift: BodyId, crates: &[BodyId], y: f32) -> Result<f32, DefError> {
     if let Some(mut lift) = world.body_mut(lift) {
         lift.move_to(Pose::at([0.0, y, 0.0]), DT);
@@ -37,7 +39,7 @@ fn main() -> Result<(), DefError> {
         assert!(worst < 0.002 && asleep == if speed == 0.0 { 3 } else { 0 });
     }
     for k in 1..=480_u16 {
-        // Six meters up and down in four seconds, with up to 7.4 m/s².
+        // 6 m up and down in 4 s, with accelerations up to 7.4 m/s².
         let (_, cos) = trig::sin_cos(core::f32::consts::TAU * f32::from(k) / 240.0);
         worst = worst.max(step_to(&mut world, lift, &crates, y + 3.0 * (1.0 - cos))?);
     }

@@ -1,10 +1,11 @@
-//! A marble of 1 cm radius: down a chute of triangles, over a floor of tiles, into 24 dominoes of 2 cm.
+//! A marble of 1 cm radius rolls down a chute of triangles, over a floor of tiles, into 24 dominoes
+//! of 2 cm.
 
 use drystone::geometry::MeshError;
 use drystone::math::trig;
 use drystone::{BodyDef, Mesh, Shape, ShapeDef, Vec3, World, vec3};
 
-/// A gutter with flanks of 45 degrees: one in four down, a curve, and on level ground.
+/// A gutter with sides at 45 degrees: a slope of one in four, a curve, and a level end.
 fn chute() -> Result<Mesh, MeshError> {
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
     for k in 0..=420_u16 {

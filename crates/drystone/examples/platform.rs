@@ -1,4 +1,5 @@
-//! A one-way platform: a jump up through it, a stand on it, a drop through it. A crate lies on it all the while.
+//! A one-way platform: a character jumps up through it, stands on it, and drops through it. A crate
+//! stays on it throughout.
 
 use drystone::{AxisLocks, BodyDef, BodyId, DefError, ShapeDef, Vec3, World};
 
@@ -6,7 +7,7 @@ fn height(world: &World, body: BodyId) -> f32 {
     world.body(body).map_or(f32::NAN, |body| body.position().y)
 }
 
-/// Takes so many steps, and gives the greatest height of the body [m].
+/// Takes some steps, and returns the maximum height of the body [m].
 fn run(world: &mut World, body: BodyId, steps: u32) -> f32 {
     (0..steps).fold(0.0, |highest, _| {
         world.step(1.0 / 60.0);

@@ -1,4 +1,4 @@
-//! What is in the way of a capsule, as a character would ask: rays, moving shapes, and what is nearest.
+//! Queries of a character with a capsule: rays, moving shapes, and the nearest shape.
 
 use drystone::query::{BodyKinds, Motion, QueryFilter};
 use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
@@ -13,7 +13,8 @@ fn main() -> Result<(), DefError> {
     let hero = BodyDef::kinematic().with_position(stands.position);
     let hero = world.add_body(hero.with_shape(ShapeDef::new(capsule.clone())))?;
 
-    // The capsule, a millimeter over the ground, wants to go 5 m to the right, and does not see itself.
+    // The capsule, 1 mm above the ground, moves 5 m to the right; the query ignores the capsule
+    // itself.
     let me = [hero];
     let (query, others) = (world.query(), QueryFilter::default().without(&me));
     if let Some(hit) = query.cast_shape(&capsule, stands, [5.0, 0.0, 0.0], others)? {
@@ -22,7 +23,7 @@ fn main() -> Result<(), DefError> {
         assert_eq!(hit.body, wall);
     }
 
-    // How far the plank on its shoulder can turn before it meets the wall.
+    // The angle by which the plank on its shoulder can turn before it hits the wall.
     let (plank, shoulder) = (Shape::box_half([0.1, 0.05, 1.5]), Pose::at([2.0, 1.5, 0.0]));
     let turn = Motion::default().with_turn([0.0, core::f32::consts::FRAC_PI_2, 0.0]);
     let still = others.with_kinds(BodyKinds::STATIC);
@@ -30,13 +31,13 @@ fn main() -> Result<(), DefError> {
         println!("the plank turns by {:.1} degrees", 90.0 * hit.fraction);
     }
 
-    // What is nearest to its head.
+    // The shape nearest to its head.
     let head = Pose::at([2.0, 1.5, 0.0]);
     if let Some(near) = query.nearest_shape(&Shape::sphere(0.3), head, 1.0, others)? {
         println!("the wall is {:.3} m from its head, at {:?}", near.distance, near.point);
     }
 
-    // All that a bullet would pass, in order.
+    // All shapes on a bullet's path, in order.
     let mut hits = Vec::new();
     query.cast_ray_all([0.0, 1.6, 0.0], [10.0, -1.0, 0.0], others, &mut hits)?;
     for hit in &hits {

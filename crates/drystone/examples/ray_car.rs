@@ -1,4 +1,5 @@
-//! A car of one body and four rays: springs, engine, steering and handbrake are forces of the program.
+//! A car of one body and four rays: the program computes springs, engine, steering and handbrake as
+//! forces.
 
 use drystone::math::trig;
 use drystone::query::QueryFilter;
@@ -6,10 +7,10 @@ use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, vec3};
 
 const MASS: f32 = 1000.0;
 const STIFFNESS: f32 = 30_000.0;
-/// From the hub to the ground, where the spring bears nothing [m].
+/// Distance from the hub to the ground at which the spring carries no load [m].
 const REACH: f32 = 0.7;
 
-/// Takes steps with a force of the engine [N], a steering angle [rad] and the handbrake.
+/// Takes steps with an engine force [N], a steering angle [rad] and the handbrake.
 fn drive(world: &mut World, car: BodyId, how: (f32, f32, bool), steps: u32) -> Option<Vec3> {
     let ((engine, steer, brake), own) = (how, [car]);
     for _ in 0..steps {
@@ -21,8 +22,8 @@ fn drive(world: &mut World, car: BodyId, how: (f32, f32, bool), steps: u32) -> O
             let speed = world.body(car)?.velocity_at(hit.point);
             let squeezed = STIFFNESS * REACH * (1.0 - hit.fraction);
             let load = (squeezed - 3000.0 * speed.dot(hit.normal)).max(0.0);
-            // The wheel grips across its way, and with the brake along it. A step takes 0.3 of the slip: all of it would
-            // overshoot, as the body turns too.
+            // The wheel grips sideways, and with the brake also lengthwise. A step removes 0.3 of
+            // the slip: removing all of it would overshoot, because the body rotates too.
             let (sin, cos) = trig::sin_cos(if x > 0.0 { steer } else { 0.0 });
             let side = pose.direction(vec3(sin, 0.0, cos));
             let ahead = side.cross(hit.normal) * -1.0;

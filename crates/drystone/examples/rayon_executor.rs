@@ -1,5 +1,5 @@
-//! A world on the threads of a rayon pool, which a program may have already: the same bits as on the engine's own team, and as on
-//! threads of the program that join a team.
+//! A world on the threads of a rayon pool, which a program may already have. The bits are the same
+//! as on the engine's own team, and on threads of the program that join a team.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,7 +8,7 @@ use drystone::threads::{Executor, Team};
 use drystone::{BodyDef, DefError, ShapeDef, World};
 use rayon::prelude::*;
 
-/// Chunks as a parallel iterator of the pool.
+/// Runs chunks as a parallel iterator of the pool.
 #[derive(Debug)]
 struct Rayon(rayon::ThreadPool);
 
@@ -26,7 +26,7 @@ impl Executor for Rayon {
     }
 }
 
-/// Some hundred boxes that fall on a floor.
+/// About a hundred boxes that fall on a floor.
 fn scene(executor: Arc<dyn Executor>) -> Result<World, DefError> {
     let mut world = World::default().with_executor(executor);
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     let on_rayon = run(&mut scene(Arc::new(Rayon(pool)))?);
     let on_team = run(&mut scene(Arc::new(Team::with_threads(3)))?);
 
-    // The program's own threads, lent for as long as it likes.
+    // The program's own threads, which join the team until it releases them.
     let team = Arc::new(Team::hosted(3));
     let mut world = scene(team.clone())?;
     let leave = AtomicBool::new(false);

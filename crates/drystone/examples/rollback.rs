@@ -1,4 +1,4 @@
-//! Saves, loads and replays 500 bodies, and goes back eight frames when an input comes late.
+//! Saves, loads and replays 500 bodies, and rolls back eight frames when an input arrives late.
 
 use drystone::{BodyDef, BodyId, DefError, ShapeDef, World};
 
@@ -14,7 +14,8 @@ fn scene() -> Result<(World, Vec<BodyId>), DefError> {
     Ok((world, ids))
 }
 
-/// Plays frames, each kept before. A body is kicked in some of them, and in the frame `late`.
+/// Plays frames, and stores the state before each. A body is kicked in some of them, and in the
+/// frame `late`.
 fn play(world: &mut World, ids: &[BodyId], frames: [usize; 2], late: usize, kept: &mut [World]) {
     for frame in frames[0]..frames[1] {
         kept[frame % 8].clone_from(world);

@@ -1,4 +1,5 @@
-//! What it costs to keep a state and to go back to it: a pyramid of 820 boxes at rest, on one thread.
+//! The cost of saving a state and of going back to it: a pyramid of 820 boxes at rest, on one
+//! thread.
 //!
 //! `cargo run --release --example saves`
 
@@ -8,7 +9,7 @@ use drystone::snapshot::{apply_delta, write_delta};
 use drystone::{BodyDef, DefError, ShapeDef, World};
 
 const DT: f32 = 1.0 / 60.0;
-/// Frames that a game of two players over the net goes back at most, as GGRS has it.
+/// Maximum number of frames that a two-player network game rolls back, as in GGRS.
 const FRAMES: usize = 8;
 
 fn pyramid(base: u16) -> Result<World, DefError> {
@@ -25,7 +26,7 @@ fn pyramid(base: u16) -> Result<World, DefError> {
     Ok(world)
 }
 
-/// What a call takes [ms]: the least of many, for whatever else the machine does only adds to that.
+/// Duration of a call [ms]: the minimum of many, because other load only adds to it.
 fn time(mut call: impl FnMut()) -> f64 {
     let mut least = f64::INFINITY;
     for _ in 0..60 {
@@ -71,7 +72,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         delta.len()
     );
 
-    // Back to the first state and on to the last one: the frames alone, and with each one kept again.
+    // Returns to the first state and replays to the last: the frames alone, and with a save per
+    // frame.
     let start = world.clone();
     let alone = time(|| {
         world.clone_from(&start);

@@ -1,5 +1,6 @@
-//! A server has the truth, a client runs ahead of it. What the server tells comes late, out of order or not at all; the client
-//! corrects the state it kept of that frame and comes again to the present. Bodies that agree stay as they are, asleep too.
+//! A server has the true state, and a client runs ahead of it. Packets from the server arrive late,
+//! out of order or not at all. The client corrects its stored state of that frame and replays up to
+//! the present. Bodies that agree keep their state, including sleep.
 //!
 //! `cargo run --release --example server`
 
@@ -7,12 +8,12 @@ use drystone::{BodyDef, BodyId, DefError, Pose, ShapeDef, Vec3, World};
 
 const DT: f32 = 1.0 / 60.0;
 const FRAMES: usize = 600;
-/// Another player kicks boxes until then; the client knows of it by its effects only.
+/// Another player kicks boxes until this frame; the client sees only the effects.
 const KICKS_UNTIL: usize = 240;
-/// States that the client keeps. What comes later than that is of no use any more.
+/// Number of states that the client stores. Packets for older frames are useless.
 const KEPT: usize = 24;
 
-/// What the server tells of a body after a frame.
+/// State of a body after a frame, as the server sends it.
 struct State {
     body: BodyId,
     pose: Pose,
@@ -21,17 +22,17 @@ struct State {
 }
 
 struct Packet {
-    /// Which frame it is of, and in which it arrives.
+    /// Frame of the states, and frame of arrival.
     frame: usize,
     arrives: usize,
     states: Vec<State>,
 }
 
-/// Numbers of a seed: the same run every time.
+/// Random numbers from a seed: the same run every time.
 struct Random(u64);
 
 impl Random {
-    /// Below `n`.
+    /// A number below `n`.
     fn below(&mut self, n: u64) -> u64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -60,7 +61,7 @@ fn states(world: &World, boxes: &[BodyId]) -> Vec<State> {
     boxes.iter().filter_map(of).collect()
 }
 
-/// Makes a world what the server says that it was; tells how many bodies differed.
+/// Corrects a world to the server's states; returns the number of bodies that differed.
 fn correct(world: &mut World, states: &[State]) -> Result<u32, DefError> {
     let mut corrected = 0;
     for state in states {
@@ -68,7 +69,8 @@ fn correct(world: &mut World, states: &[State]) -> Result<u32, DefError> {
         let [v, w] = state.velocities;
         corrected += u32::from(body.correct_state(state.pose, v, w)?);
     }
-    // After all of them, for who is put right wakes its neighbors. Boxes of one stack sleep together.
+    // Sleep comes last, because a corrected body wakes its neighbors. Boxes of one stack sleep
+    // together.
     for state in states.iter().filter(|state| state.asleep) {
         if let Some(mut body) = world.body_mut(state.body) {
             body.sleep();
@@ -82,7 +84,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ((mut server, boxes), (mut client, _)) = (level()?, level()?);
     let mut random = Random(7);
     let mut channel: Vec<Packet> = Vec::new();
-    // Before each of the last frames.
+    // States before each of the last frames.
     let mut kept = vec![World::default(); KEPT];
     let (mut newest, mut corrections, mut again, mut farthest) = (None, 0, 0, 0.0_f32);
     for frame in 0..FRAMES {
@@ -93,7 +95,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
         server.step(DT);
-        // One of five is lost; the others take 4 to 11 frames.
+        // One packet in five is lost; the others take 4 to 11 frames.
         if random.below(5) > 0 {
             let arrives = frame + 4 + usize::try_from(random.below(8))?;
             channel.push(Packet { frame, arrives, states: states(&server, &boxes) });
@@ -103,13 +105,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         client.step(DT);
         while let Some(i) = channel.iter().position(|packet| packet.arrives == frame) {
             let packet = channel.swap_remove(i);
-            // Older than what is known already: it tells nothing new.
+            // Packets older than the newest one contain nothing new.
             if newest > Some(packet.frame) {
                 continue;
             }
             newest = Some(packet.frame);
             let next = packet.frame + 1;
-            // The state after that frame: of one that is not over here it is the present.
+            // The state after that frame; for the current frame it is the present state.
             let corrected = correct(&mut kept[next % KEPT], &packet.states)?;
             if corrected == 0 {
                 continue;

@@ -1,5 +1,6 @@
-//! The sync test of rollback libraries: in every frame a game of 500 bodies goes back seven frames and comes again, and each
-//! frame must come to the same as before. Balls come and go within those frames.
+//! The sync test of rollback libraries. In every frame a game of 500 bodies rolls back seven frames
+//! and replays them, and each frame must give the same result as before. Balls are added and
+//! removed within those frames.
 //!
 //! `cargo run --release --example sync_test`
 
@@ -7,15 +8,15 @@ use drystone::{BodyDef, BodyId, DefError, ShapeDef, StageHashes, World};
 
 const DT: f32 = 1.0 / 60.0;
 const FRAMES: usize = 120;
-/// How far every frame goes back, and how many states are kept for that.
+/// Number of frames that every frame rolls back, and number of states stored for that.
 const BACK: usize = 7;
 const KEPT: usize = BACK + 1;
 
-/// All that a frame changes.
+/// Everything that a frame changes.
 #[derive(Default)]
 struct Game {
     world: World,
-    /// Balls that were thrown, the last one last.
+    /// Balls that were thrown, the latest last.
     balls: Vec<BodyId>,
 }
 
@@ -32,13 +33,13 @@ impl Game {
         Ok(Self { world, balls: Vec::new() })
     }
 
-    /// Becomes another game, in the memory that it has.
+    /// Copies another game into this one, reusing its memory.
     fn copy(&mut self, from: &Self) {
         self.world.clone_from(&from.world);
         self.balls.clone_from(&from.balls);
     }
 
-    /// A frame. What players do in it is known by its number here; a game looks it up.
+    /// Plays a frame. Here the players' input follows from its number; a game looks it up.
     fn advance(&mut self, frame: usize) -> Result<(), DefError> {
         if frame.is_multiple_of(5) {
             let from_side = if frame.is_multiple_of(10) { -4.0 } else { 14.0 };
@@ -61,7 +62,7 @@ impl Game {
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut game = Game::new()?;
-    // Before each of the last frames, and what each came to.
+    // States before each of the last frames, and the result of each.
     let mut kept: [Game; KEPT] = core::array::from_fn(|_| Game::default());
     let mut came: [StageHashes; KEPT] = core::array::from_fn(|_| game.hashes());
     let mut again = 0;

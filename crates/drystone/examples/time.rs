@@ -1,4 +1,5 @@
-//! Pause, slow motion, fast motion and frames of any length change no bit; what is drawn lies between the last two steps.
+//! Pause, slow motion, fast motion and any frame length leave every bit unchanged; drawn poses are
+//! between the last two steps.
 
 use drystone::{BodyDef, BodyId, Clock, DefError, Quat, ShapeDef, World, vec3};
 

@@ -1,10 +1,11 @@
-//! A trigger counts bodies that move, sleep, stand, or were there before it, and tells when one leaves or is removed.
+//! A trigger counts bodies that move, sleep, are static, or were there before it, and reports when
+//! one leaves or is removed.
 
 use drystone::events::Senses;
 use drystone::{BodyDef, BodyId, Pose, ShapeDef, ShapeId, World};
 use std::collections::BTreeSet;
 
-/// Takes a few steps and tells what is in the trigger: by asking it, and as its events say.
+/// Takes some steps and compares the bodies in the trigger from a query with those from its events.
 fn run(world: &mut World, zone: ShapeId, heard: &mut BTreeSet<ShapeId>) -> BTreeSet<BodyId> {
     for _ in 0..120 {
         world.step(1.0 / 60.0);

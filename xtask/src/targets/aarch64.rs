@@ -1,4 +1,4 @@
-//! aarch64, as phones and many servers have it, in the emulator of qemu.
+//! aarch64, as in phones and many servers, in the emulator qemu.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::{Outcome, debian};
 const TRIPLE: &str = "aarch64-unknown-linux-gnu";
 const LINKER: &str = "aarch64-linux-gnu-gcc";
 const EMULATOR: &str = "qemu-aarch64";
-/// Debian's C library for it.
+/// Debian's C library for aarch64.
 const LIBRARY: &str = "/usr/aarch64-linux-gnu";
 
 pub(super) const TARGET: Target = Target { name: "aarch64", given: || Ok(()), found, build };

@@ -1,4 +1,5 @@
-//! `cargo xtask targets`: the runs of golden.txt on machines that this one is not, to the same bits.
+//! `cargo xtask targets`: the runs of golden.txt on other kinds of machines, which must give the
+//! same bits.
 
 mod aarch64;
 mod wasm;
@@ -11,30 +12,30 @@ use std::time::Instant;
 use crate::golden::{self, Golden};
 use crate::{Outcome, debian, run_to_end, target};
 
-/// A kind of machine that scenes are run for.
+/// A kind of machine to run scenes on.
 struct Target {
-    /// As the user and scripts/target-packages.sh call it.
+    /// Its name for the user and for scripts/target-packages.sh.
     name: &'static str,
-    /// Names what is missing and in no package.
+    /// Reports missing tools that are in no package.
     given: fn() -> Outcome,
-    /// Names the first thing that is missing of the packages.
+    /// Reports the first missing package.
     found: fn() -> Outcome,
-    /// Builds the program; returns the ways to run it.
+    /// Builds the program; returns the configurations to run it in.
     build: fn() -> Result<Vec<Way>, String>,
 }
 
 const TARGETS: [Target; 2] = [aarch64::TARGET, wasm::TARGET];
 
-/// A way to run the scenes on a target.
+/// A configuration to run the scenes in on a target.
 struct Way {
-    /// The program, and what runs it.
+    /// The program, with the emulator that runs it.
     program: Vec<PathBuf>,
-    /// The SIMD level, as [`drystone::threads::SimdLevel::name`] has it.
+    /// The SIMD level's name, as in [`drystone::threads::SimdLevel::name`].
     level: &'static str,
     threads: u32,
 }
 
-/// Compares the hashes on the named targets, or on all.
+/// Compares the hashes on the named targets, or on all targets.
 pub fn run(words: &[&str]) -> Outcome {
     let unknown = words.iter().find(|word| TARGETS.iter().all(|target| target.name != **word));
     if let Some(unknown) = unknown {
@@ -47,7 +48,8 @@ pub fn run(words: &[&str]) -> Outcome {
     Ok(())
 }
 
-/// The stage of `cargo xtask ci`: without the packages it is left out, since another Debian may not have them.
+/// The stage of `cargo xtask ci`. It is skipped without the packages, which another Debian may
+/// lack.
 pub fn check(name: &str) -> Outcome {
     let target = TARGETS.iter().find(|target| target.name == name);
     let target = target.ok_or_else(|| format!("no target `{name}`"))?;
@@ -99,7 +101,7 @@ impl Way {
         format!("{}, {}, {threads}", target.name, self.level)
     }
 
-    /// The hash of each run; as many at once as there are cores for their threads.
+    /// The hash of each run; runs are parallel as far as the cores suffice for their threads.
     fn hashes(&self, goldens: &[Golden]) -> Result<Vec<String>, String> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let workers = (cores / self.threads as usize).max(1);
@@ -146,12 +148,13 @@ fn next<T>(left: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
     left.lock().ok()?.next()
 }
 
-/// The folder of all builds here: what they have in common is built once.
+/// The folder of all these builds, so that common parts are built once.
 fn folder() -> PathBuf {
     target().join("targets")
 }
 
-/// Builds the program that says the hash of a run, with what the target wants in the environment; returns where it is.
+/// Builds the program that prints the hash of a run, with the target's environment variables;
+/// returns its path.
 fn build_program(triple: &str, wanted: [&str; 2]) -> Result<PathBuf, String> {
     let mut cargo = debian::cargo_build(triple, "targets", &folder());
     cargo.args(["--package", "drystone-scene", "--example", "hash"]);
@@ -164,7 +167,7 @@ fn build_program(triple: &str, wanted: [&str; 2]) -> Result<PathBuf, String> {
 mod tests {
     use super::*;
 
-    /// A program that answers with its scene and steps for a hash, at the level `neon`.
+    /// A program that prints a result for a scene and a number of steps, at the level `neon`.
     fn way(level: &'static str, script: &str) -> Way {
         Way { program: vec!["sh".into(), "-c".into(), script.into()], level, threads: 1 }
     }

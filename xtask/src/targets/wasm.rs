@@ -1,4 +1,4 @@
-//! WebAssembly, as browsers run it, in node: with SIMD, and without.
+//! WebAssembly, as in browsers, run in node: with SIMD, and without.
 
 use std::fs;
 use std::path::Path;
@@ -8,14 +8,14 @@ use super::{Target, Way, build_program, folder};
 use crate::{Outcome, debian, root};
 
 const TRIPLE: &str = "wasm32-wasip1";
-/// Debian's C library for it.
+/// Debian's C library for WebAssembly.
 const LIBRARY: &str = "/usr/lib/wasm32-wasi";
-/// The first node with `node:wasi` that asks for no flag.
+/// The first version of node that has `node:wasi` without a flag.
 const NODE: u32 = 20;
 
 pub(super) const TARGET: Target = Target { name: "wasm", given: node, found, build };
 
-/// Debian 12 has an older one.
+/// Checks the version of node; Debian 12 has an older one.
 fn node() -> Outcome {
     let output = Command::new("node").arg("--version").output();
     let version = output.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned());
@@ -35,7 +35,7 @@ fn found() -> Outcome {
     if start.exists() { Ok(()) } else { Err(format!("no {}", start.display())) }
 }
 
-/// Two builds: which SIMD instructions a module has is settled when it is built.
+/// Makes two builds, because a module's SIMD instructions are fixed at build time.
 fn build() -> Result<Vec<Way>, String> {
     let simd = way("simd128", "-Ctarget-feature=+simd128")?;
     Ok(vec![simd, way("scalar", "-Ctarget-feature=-simd128")?])
@@ -43,7 +43,7 @@ fn build() -> Result<Vec<Way>, String> {
 
 fn way(level: &'static str, features: &str) -> Result<Way, String> {
     let start = format!("-Clink-arg={LIBRARY}/crt1-command.o");
-    // rustup's compiler has the C library with it, Debian's has not.
+    // rustup's compiler includes the C library, Debian's does not.
     let flags = format!("{features} -Clink-self-contained=no {start} -Lnative={LIBRARY}");
     let program = build_program(TRIPLE, ["RUSTFLAGS", &flags])?.with_extension("wasm");
     // The next build has the same name.

@@ -1,4 +1,5 @@
-//! What the texts point to exists: reference keys, pages under docs/, links, the README's example.
+//! Checks that references in texts exist: reference keys, pages under docs/, links, the README's
+//! example.
 
 use std::collections::BTreeSet;
 
@@ -45,7 +46,7 @@ pub fn check(tree: &Tree) -> Vec<String> {
     findings
 }
 
-/// Whether it reads as a key of the references: a capital, more letters, two digits.
+/// Whether a text has the form of a reference key: a capital, more letters, two digits.
 pub fn is_reference_key(text: &str) -> bool {
     let name = text.trim_end_matches(|c: char| c.is_ascii_digit());
     name.len() >= 2
@@ -64,7 +65,8 @@ fn reference_keys(text: &str) -> Vec<(usize, &str)> {
     .collect()
 }
 
-/// Every mentioned `docs/….md`, from the root or by `../`, is a file; so is every `manual/….md` of the engine.
+/// Checks that every mentioned `docs/….md`, from the root or by `../`, is a file, and every
+/// `manual/….md` of the engine.
 fn doc_paths(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
     let is_path = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     let mut from = 0;
@@ -80,7 +82,7 @@ fn doc_paths(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
     }
 }
 
-/// Links of a page to files of the project resolve, from the page's folder.
+/// Checks that a page's links to files of the project resolve, relative to the page's folder.
 fn links(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
     let inline = text.match_indices("](").filter_map(|(at, _)| {
         let length = text[at..].find(')')?;
@@ -113,7 +115,8 @@ fn links(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
     }
 }
 
-/// The README's first example is the crate's: the block after the marker stands in the crate's page.
+/// Checks that the README's first example is also the crate's: the block after the marker is in the
+/// crate's page.
 fn hello(tree: &Tree) -> Option<String> {
     let readme = tree.text("README.md")?;
     let start = readme.find(MARKER)?;
@@ -122,7 +125,7 @@ fn hello(tree: &Tree) -> Option<String> {
     let face = tree.text("crates/drystone/src/lib.rs").unwrap_or_default();
     let page = face.lines().filter_map(|line| line.strip_prefix("//!"));
     let page = page.map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end());
-    // Lines that rustdoc hides, `# …`, are no part of what a reader sees.
+    // Lines that rustdoc hides, `# …`, are not visible to a reader.
     let page: Vec<&str> = page.filter(|line| *line != "#" && !line.starts_with("# ")).collect();
     let same = !block.is_empty() && page.windows(block.len()).any(|window| window == block);
     let what = "the example after the marker is not the one in crates/drystone/src/lib.rs";

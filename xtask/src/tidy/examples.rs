@@ -1,5 +1,5 @@
-//! The manual: every name that the engine exports stands in an example, every page is a chapter, and its links lead somewhere in
-//! the reference too.
+//! The manual: every exported name of the engine appears in an example, every page is a chapter,
+//! and its links also resolve in the reference.
 
 use std::collections::BTreeSet;
 
@@ -36,7 +36,8 @@ pub fn check(tree: &Tree) -> Vec<String> {
     findings
 }
 
-/// Every page of the manual is a chapter, and what it links to by a label is linked in the reference too.
+/// Checks that every page of the manual is a chapter, and that the labels of its links are also
+/// defined in the reference.
 fn pages(tree: &Tree) -> Vec<String> {
     let mut findings = Vec::new();
     let chapters = tree.text(CHAPTERS).unwrap_or_default();
@@ -58,7 +59,8 @@ fn pages(tree: &Tree) -> Vec<String> {
     findings
 }
 
-/// Names that the code exports at its top or in its modules, with their offsets: what it re-exports, and its own public items.
+/// Names that the code exports at its top level or in its modules, with their offsets: re-exports
+/// and public items.
 fn exported(code: &str) -> Vec<(usize, &str)> {
     let mut names = Vec::new();
     for (at, _) in code.match_indices("pub ") {
@@ -78,14 +80,15 @@ fn exported(code: &str) -> Vec<(usize, &str)> {
         let starts_line = at == 0 || code.as_bytes()[at - 1] == b'\n';
         if let Some(item) = item.filter(|_| starts_line) {
             let length = item.bytes().take_while(|&byte| is_word(byte)).count();
-            // The manual shows others, and not itself.
+            // The manual shows other names, not its own.
             names.extend((&item[..length] != "manual").then_some((at, &item[..length])));
         }
     }
     names
 }
 
-/// All words in the code of examples: the files of `examples/`, and blocks of code in the manual and in doc comments.
+/// All words in the code of examples: the files of `examples/`, and code blocks in the manual and
+/// in doc comments.
 fn example_words(tree: &Tree) -> BTreeSet<String> {
     let mut words = BTreeSet::new();
     let mut take = |code: &str| {
@@ -111,7 +114,7 @@ fn example_words(tree: &Tree) -> BTreeSet<String> {
     words
 }
 
-/// The blocks of a page that rustdoc runs.
+/// The code blocks of a page that rustdoc runs.
 fn code_blocks(page: &str) -> String {
     let (mut code, mut block) = (String::new(), None);
     for line in page.lines() {

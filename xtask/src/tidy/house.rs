@@ -1,4 +1,5 @@
-//! The engine's rooms: how long a file is, how many a folder has, and no circles of imports in the step.
+//! Structure of the engine: length of files, number of files per folder, and no circular imports in
+//! the step.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +9,11 @@ use super::{Tree, finding, is_test_file};
 
 const ENGINE: &str = "crates/drystone/src/";
 const STEP: &str = "crates/drystone/src/step/";
-/// Lines of a file without its tests.
+/// Maximum number of lines in a file, without its tests.
 const MAX_LINES: usize = 500;
-/// Files of a folder.
+/// Maximum number of files in a folder.
 const MAX_FILES: usize = 20;
-/// Files of a circle.
+/// Maximum number of files in an import cycle.
 const MAX_CIRCLE: usize = 3;
 
 pub fn check(tree: &Tree) -> Vec<String> {
@@ -49,7 +50,7 @@ fn folders(tree: &Tree) -> Vec<String> {
     .collect()
 }
 
-/// No circle in the step is large, and none reaches over its folders.
+/// Checks that no import cycle in the step is large or spans two folders.
 fn step(tree: &Tree) -> Vec<String> {
     let inside = |circle: &Vec<String>| circle.iter().any(|file| file.starts_with(STEP));
     let circles = circles(&arrows(tree)).into_iter().filter(inside);
@@ -70,7 +71,7 @@ fn step(tree: &Tree) -> Vec<String> {
         .collect()
 }
 
-/// A folder, together with the file of its name beside it.
+/// A folder, together with the file of the same name beside it.
 fn room_of(path: &str) -> String {
     let inner = path.strip_prefix(STEP).unwrap_or(path);
     let stem = inner.strip_suffix(".rs").unwrap_or(inner);

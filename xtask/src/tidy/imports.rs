@@ -1,8 +1,9 @@
-//! Imports between the engine's files, and the circles that they form.
+//! Imports between the engine's files, and the cycles that they form.
 //!
-//! A file imports another one if it names anything in it, by `use` or by a path in its code. A path that a file
-//! in between imports itself leads on to where the name is defined. So `use super::Solver` in a child of a module
-//! that imports `Solver` is an arrow to the file of `Solver`, not to the parent.
+//! A file imports another file if it names an item in it, by `use` or by a path in its code. A path
+//! through a file that itself imports the name leads on to the definition. So `use super::Solver`
+//! in a child of a module that imports `Solver` is an edge to the file of `Solver`, not to the
+//! parent.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,20 +15,20 @@ const SOURCE: &str = "crates/drystone/src/";
 /// A module: the names from the crate's root to it.
 pub type Module = Vec<String>;
 
-/// Arrows from file to file, by paths in the repository.
+/// Edges from file to file, by paths in the repository.
 pub type Arrows = BTreeMap<String, BTreeSet<String>>;
 
 struct File {
     path: String,
-    /// Names that its own items define.
+    /// Names that its items define.
     defined: BTreeSet<String>,
-    /// Imported names, with the paths that they stand for.
+    /// Imported names, with their paths.
     imports: Vec<(String, Vec<String>)>,
-    /// All paths in it: those of imports, and those in its code.
+    /// All paths in the file, in imports and in code.
     paths: Vec<Vec<String>>,
 }
 
-/// The arrows between the engine's files; unit tests are left out.
+/// The edges between the engine's files, without unit tests.
 pub fn arrows(tree: &Tree) -> Arrows {
     let mut files: BTreeMap<Module, File> = BTreeMap::new();
     for (path, text) in tree.with_extension("rs") {
@@ -52,7 +53,7 @@ pub fn arrows(tree: &Tree) -> Arrows {
     arrows
 }
 
-/// Sets of files that import each other in a circle, in the order of their first file.
+/// Sets of files that import each other in a cycle, in the order of their first file.
 pub fn circles(arrows: &Arrows) -> Vec<Vec<String>> {
     let reach: BTreeMap<&str, BTreeSet<&str>> =
         arrows.keys().map(|from| (from.as_str(), reached(arrows, from))).collect();
@@ -71,7 +72,7 @@ pub fn circles(arrows: &Arrows) -> Vec<Vec<String>> {
     circles
 }
 
-/// All files that a file imports, and those that these import.
+/// All files that a file imports, directly or indirectly.
 fn reached<'a>(arrows: &'a Arrows, from: &str) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     let mut open: Vec<&str> = arrows[from].iter().map(String::as_str).collect();
@@ -95,7 +96,7 @@ fn file(path: &str, code: &str) -> File {
     let mut rest = code.to_owned();
     for at in words(code, "use") {
         let Some(length) = code[at..].find(';') else { continue };
-        // `+ use<'a>` of a type imports nothing.
+        // `+ use<'a>` in a type imports nothing.
         if code[at + 3..].starts_with('<') {
             continue;
         }
@@ -107,7 +108,7 @@ fn file(path: &str, code: &str) -> File {
     File { path: path.to_owned(), defined: defined(code), imports, paths }
 }
 
-/// The paths of a tree of imports, each with the name that it is imported under.
+/// The paths of an import tree, each with the name that it is imported under.
 fn expand(head: &[String], tree: &str, found: &mut Vec<(String, Vec<String>)>) {
     let tree = tree.trim();
     let names = |text: &str| -> Vec<String> {
@@ -153,7 +154,7 @@ fn code_paths(code: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Names of the items of a file.
+/// Names of the items in a file.
 fn defined(code: &str) -> BTreeSet<String> {
     const KINDS: [&str; 9] =
         ["struct", "enum", "fn", "const", "static", "type", "trait", "union", "macro_rules!"];
@@ -170,7 +171,7 @@ fn defined(code: &str) -> BTreeSet<String> {
     found
 }
 
-/// The file in which a path ends.
+/// The file that defines the last name of a path.
 fn target(
     files: &BTreeMap<Module, File>,
     from: &Module,
@@ -187,7 +188,7 @@ fn target(
             let import = &files.get(from)?.imports;
             let child = [from.as_slice(), &[name.to_owned()]].concat();
             if let Some((_, whole)) = import.iter().find(|(alias, _)| alias == name) {
-                // A name of the file's own imports: the path goes on from there.
+                // The file imports this name itself, so the path continues from there.
                 let whole = [whole, &path[1..]].concat();
                 let roots = ["crate", "self", "super"];
                 let ours = whole.first().is_some_and(|root| roots.contains(&root.as_str()));

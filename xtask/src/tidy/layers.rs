@@ -1,13 +1,13 @@
-//! The engine's layers: a file names only modules of its own layer and of those above it.
+//! The engine's layers: a file names only modules of its own layer and of the layers it may use.
 
 use super::rust::{Source, is_word};
 use super::{Tree, finding, is_test_file, line_of};
 
 const SOURCE: &str = "crates/drystone/src/";
-/// The crate's face and its manual name whatever they show.
+/// The crate's root and its manual may name anything.
 const FACE: [&str; 2] = ["lib", "manual"];
 
-/// Each layer with those it may use besides itself.
+/// Each layer, with the other layers it may use.
 const LAYERS: &[(&str, &[&str])] = &[
     ("base", &[]),
     ("geometry", &["base"]),
@@ -34,7 +34,7 @@ pub fn check(tree: &Tree) -> Vec<String> {
         let code = Source::new(text).code_without_tests();
         for (at, used) in uses(&code, module.len()) {
             let known = LAYERS.iter().any(|(name, _)| *name == used);
-            // World alone may name what the crate's face re-exports.
+            // Only World may name the re-exports of the crate's root.
             let what = match known {
                 true if used == own || allowed.contains(&used) => continue,
                 true => format!("{own} may not use {used}"),
@@ -53,7 +53,8 @@ fn module_of(path: &str) -> Vec<&str> {
     stem.strip_suffix("/mod").unwrap_or(stem).split('/').collect()
 }
 
-/// What the code takes from the crate's root, by `crate::` or by enough `super::`, with its offset.
+/// Names that the code takes from the crate's root, by `crate::` or by enough `super::`, with their
+/// offsets.
 fn uses(code: &str, depth: usize) -> Vec<(usize, &str)> {
     let mut found = Vec::new();
     for (at, _) in code.match_indices("::") {
@@ -74,7 +75,8 @@ fn path_before(code: &str, end: usize) -> &str {
     &code[end - length..end]
 }
 
-/// The first identifiers after `::`: one, or those of a `{…}` group. Macros of the crate are none.
+/// The first identifiers after `::`: one, or several of a `{…}` group. Macros of the crate do not
+/// count.
 fn names(code: &str, start: usize) -> Vec<(usize, &str)> {
     let bytes = code.as_bytes();
     let word_at = |at: usize| {

@@ -1,4 +1,5 @@
-//! `cargo xtask tidy`: the habits a compiler cannot hold. Every check is a pure function over a [`Tree`].
+//! `cargo xtask tidy`: conventions that a compiler cannot check. Every check is a pure function of
+//! a [`Tree`].
 
 mod comments;
 mod docs;
@@ -20,8 +21,8 @@ pub use docs::is_reference_key;
 
 use crate::{Outcome, root};
 
-/// The files of the project that git does not ignore: path from the root, with `/`, and text.
-/// Files that are not text are there with an empty one, so that links to them resolve.
+/// The files of the project that git does not ignore: path from the root, with `/`, and text. Files
+/// that are not text have an empty text, so that links to them resolve.
 struct Tree {
     files: BTreeMap<String, String>,
 }
@@ -45,7 +46,7 @@ impl Tree {
         self.files.get(path).map(String::as_str)
     }
 
-    /// Whether the path is a file, or a folder that has one.
+    /// Whether the path is a file, or a folder that contains one.
     fn has(&self, path: &str) -> bool {
         let folder = format!("{}/", path.trim_end_matches('/'));
         self.files.contains_key(path) || self.files.keys().any(|file| file.starts_with(&folder))
@@ -64,12 +65,12 @@ fn finding(path: &str, line: usize, what: &str) -> String {
     format!("{path}:{line}: {what}")
 }
 
-/// The line of a byte offset, from 1.
+/// The line number of a byte offset, from 1.
 fn line_of(text: &str, offset: usize) -> usize {
     text.as_bytes()[..offset].iter().filter(|&&byte| byte == b'\n').count() + 1
 }
 
-/// Files that are tests from the first line to the last.
+/// Whether a file consists only of tests.
 fn is_test_file(path: &str) -> bool {
     path.contains("/tests/") || path.ends_with("/tests.rs")
 }
@@ -88,7 +89,7 @@ fn check(tree: &Tree) -> Vec<String> {
     .concat()
 }
 
-/// Writes the tables of access into ARCHITECTURE.md.
+/// Writes the access tables into ARCHITECTURE.md.
 pub fn write_owners() -> Outcome {
     let tree = Tree::read()?;
     let path = "ARCHITECTURE.md";

@@ -1,5 +1,5 @@
-//! The tables of access in ARCHITECTURE.md, generated from the code: what each stage is lent, by its signature, and
-//! which files write each field of a body.
+//! The access tables in ARCHITECTURE.md, generated from the code. They list the tables that each
+//! stage borrows, by its signature, and the files that write each field of a body.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ const END: &str = "<!-- owners:end -->";
 const SOURCE: &str = "crates/drystone/src/";
 const STEP: &str = "crates/drystone/src/step/";
 
-/// Tables, in the order of their columns' cells.
+/// Tables, in the order of their columns.
 const TABLES: [&str; 9] = [
     "Bodies",
     "Shapes",
@@ -25,7 +25,7 @@ const TABLES: [&str; 9] = [
     "Events",
 ];
 
-/// Stages with their entries: file and function.
+/// Entry functions of the stages: file and function.
 const ENTRIES: [(&str, &[(&str, &str)]); 9] = [
     ("broadphase", &[("broadphase.rs", "find_pairs")]),
     ("narrowphase", &[("narrowphase.rs", "update_manifolds")]),
@@ -59,7 +59,7 @@ pub fn check(tree: &Tree) -> Vec<String> {
     }
 }
 
-/// The page with both tables as the code has them.
+/// The page with both tables generated from the code.
 pub fn page_with(page: &str, tree: &Tree) -> Result<String, String> {
     let begin = page.find(BEGIN).ok_or("no line `owners:begin`")? + BEGIN.len();
     let end = page.find(END).ok_or("no line `owners:end`")?;
@@ -67,7 +67,7 @@ pub fn page_with(page: &str, tree: &Tree) -> Result<String, String> {
     Ok(format!("{}{tables}{}", &page[..begin], &page[end..]))
 }
 
-/// R and W by stage and table.
+/// Read (R) and write (W) access by stage and table.
 fn grants(tree: &Tree) -> Result<String, String> {
     let mut bundles = BTreeMap::new();
     for (name, path) in BUNDLES {
@@ -106,7 +106,7 @@ fn grants(tree: &Tree) -> Result<String, String> {
     Ok(lines)
 }
 
-/// Tables that a text of parameters or fields lends, and whether to be written.
+/// Tables that a text of parameters or fields borrows, and whether mutably.
 fn lent<'t>(
     text: &str,
     bundles: &BTreeMap<&str, BTreeMap<&'t str, bool>>,
@@ -115,7 +115,7 @@ fn lent<'t>(
     for table in TABLES {
         for at in words(text, table) {
             let before = text[..at].trim_end();
-            // `&mut T`, `&'a mut T`; a path is a type of something else.
+            // `&mut T` or `&'a mut T`; a longer path is another type.
             if !before.ends_with(':') {
                 *found.entry(table).or_default() |= before.ends_with("mut");
             }
@@ -131,7 +131,7 @@ fn lent<'t>(
     found
 }
 
-/// Fields of a body, by the rooms whose code assigns them.
+/// Fields of a body, with the parts of the engine whose code assigns them.
 fn writers(tree: &Tree) -> Result<String, String> {
     let bodies = code(tree, "crates/drystone/src/state/bodies.rs")?;
     let at = bodies.find("pub(crate) struct Body {").ok_or("no struct Body")?;
@@ -166,7 +166,7 @@ fn writers(tree: &Tree) -> Result<String, String> {
     Ok(lines)
 }
 
-/// The stage, table or layer of a file of `state`, `step` or `world`.
+/// The stage, table or layer of a file in `state`, `step` or `world`.
 fn room(inner: &str) -> Option<String> {
     let stem = inner.strip_suffix(".rs")?;
     let mut names = stem.split('/');
@@ -179,7 +179,7 @@ fn room(inner: &str) -> Option<String> {
     }
 }
 
-/// Whether code assigns `body.field`, or lends it to be written.
+/// Whether code assigns `body.field`, or borrows it mutably.
 fn assigns(code: &str, field: &str) -> bool {
     let name = format!(".{field}");
     code.match_indices(&name).any(|(at, _)| {
@@ -189,7 +189,8 @@ fn assigns(code: &str, field: &str) -> bool {
         }
         let start = code[..at].rfind([';', '{', '}', '\n']).map_or(0, |at| at + 1);
         let lends = code[start..at].contains("&mut ");
-        // The statement's left side goes on with other places of a tuple, indices and parts.
+        // The left side of the statement continues with other targets of a tuple, indices and
+        // fields.
         let end = rest.find([';', '{']).unwrap_or(rest.len());
         let left = rest[..end]
             .trim_start_matches(|c: char| c.is_alphanumeric() || " .,_[]()\n".contains(c));
@@ -200,7 +201,7 @@ fn assigns(code: &str, field: &str) -> bool {
     })
 }
 
-/// Whether the text before a field ends with a name of a body.
+/// Whether the text before a field ends with the name of a body.
 fn is_body(before: &str) -> bool {
     let word = before.bytes().rev().take_while(|&b| is_word(b)).count();
     match &before[before.len() - word..] {

@@ -1,8 +1,9 @@
-//! Just enough of a Rust lexer to tell code from comments, strings and unit tests.
+//! A minimal Rust lexer that separates code from comments, strings and unit tests.
 
 use std::ops::Range;
 
-/// A source text split in three of the same length and line structure, blanks for what is not theirs.
+/// A source text split into three texts of the same length and line structure; foreign parts are
+/// blank.
 pub struct Source {
     pub code: String,
     pub comments: String,
@@ -21,7 +22,7 @@ impl Source {
         let kinds = kinds(text.as_bytes());
         let only = |kind: Kind| {
             let keep = |at: usize, c: char| if kinds[at] == kind || c == '\n' { c } else { ' ' };
-            // Blanks as long as the character they stand for, so that offsets agree.
+            // Blanks are as long as the character they replace, so that offsets agree.
             let blank = |at: usize, c: char| match keep(at, c) {
                 ' ' => " ".repeat(c.len_utf8()),
                 c => c.to_string(),
@@ -56,7 +57,7 @@ impl Source {
         String::from_utf8(code).unwrap_or_default()
     }
 
-    /// Where the item that starts at `from` ends: its semicolon, or its closing brace.
+    /// The end of the item that starts at `from`: its semicolon, or its closing brace.
     fn item_end(&self, from: usize) -> usize {
         match self.code[from..].find([';', '{']) {
             Some(at) if self.code[from + at..].starts_with('{') => block_end(&self.code, from + at),
@@ -80,12 +81,12 @@ pub fn block_end(code: &str, open: usize) -> usize {
     code.len()
 }
 
-/// Whether the byte can stand in an identifier.
+/// Whether the byte can occur in an identifier.
 pub fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_'
 }
 
-/// Offsets at which `word` stands as a whole word.
+/// Offsets at which `word` occurs as a whole word.
 pub fn words<'a>(text: &'a str, word: &'a str) -> impl Iterator<Item = usize> + 'a {
     text.match_indices(word).map(|(at, _)| at).filter(move |&at| {
         let before = at.checked_sub(1).map(|i| text.as_bytes()[i]);

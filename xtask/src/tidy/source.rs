@@ -1,11 +1,11 @@
-//! Source files: where `unsafe` may stand, how long a file may be, notes for later have an issue.
+//! Source files: where `unsafe` is allowed, maximum length, and an issue for every note for later.
 
 use super::rust::{Source, words};
 use super::{Tree, finding, is_test_file, line_of};
 
-/// The one folder with unsafe code. A test binary may have it too: a counting allocator needs it.
+/// The only folder with unsafe code. A test binary may also have it: a counting allocator needs it.
 const UNSAFE: &str = "crates/drystone/src/base/";
-/// What else of the engine may say: that the rows that it lends are kept apart.
+/// The one unsafe expression elsewhere in the engine: the promise that borrowed rows are disjoint.
 const PROMISE: &str = "unsafe { Apart::promise() }";
 const ENGINE: &str = "crates/drystone/src/";
 const MAX_LINES: usize = 600;
@@ -45,7 +45,7 @@ pub fn check(tree: &Tree) -> Vec<String> {
     findings
 }
 
-/// Whether `(#12)` follows at once.
+/// Whether `(#12)` follows immediately.
 fn has_issue(rest: &str) -> bool {
     let number = rest.strip_prefix("(#").and_then(|rest| rest.split_once(')'));
     number.is_some_and(|(number, _)| number.parse::<u32>().is_ok())

@@ -5,7 +5,7 @@ use super::{Tree, finding, line_of};
 
 const STEP: &str = "crates/drystone/src/step/mod.rs";
 const PAGE: &str = "ARCHITECTURE.md";
-/// Those that `fn step` calls. The world itself runs the last one.
+/// The stages that `fn step` calls. The world itself runs the last one.
 const STAGES: [&str; 9] = [
     "broadphase",
     "narrowphase",
@@ -52,7 +52,7 @@ pub fn check(tree: &Tree) -> Vec<String> {
     findings
 }
 
-/// Line and stage of the calls in `fn step`; calls of one stage in a row count once.
+/// Line and stage of the calls in `fn step`; consecutive calls of one stage count once.
 fn calls(text: &str) -> Result<Vec<(usize, String)>, &'static str> {
     let code = Source::new(text).code_without_tests();
     let start = words(&code, "pub(crate) fn step").next().ok_or("no `pub(crate) fn step`")?;

@@ -1,4 +1,4 @@
-//! Each check is shown a small tree that is right, then the same with one thing wrong.
+//! Tests each check on a small correct tree, and on the same tree with one error.
 
 use std::collections::BTreeMap;
 

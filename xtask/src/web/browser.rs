@@ -1,4 +1,4 @@
-//! A browser without a display, driven by its DevTools protocol.
+//! A headless browser, driven by its DevTools protocol.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -14,10 +14,10 @@ use crate::Outcome;
 
 pub(super) const PROGRAM: &str = "chromium";
 
-/// How long the browser may take to start.
+/// Maximum time for the browser to start.
 const START: Duration = Duration::from_secs(60);
 
-/// A place on the page [px].
+/// A position on the page [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct At(pub(super) f64, pub(super) f64);
 
@@ -27,9 +27,9 @@ pub(super) struct Browser {
     socket: Socket,
     session: String,
     number: u64,
-    /// What the page complained of by itself.
+    /// Errors that the page reported by itself.
     complaints: Vec<String>,
-    /// When all that it is asked for must be done.
+    /// Deadline of the current calls.
     end: Instant,
 }
 
@@ -41,7 +41,7 @@ impl Drop for Browser {
 }
 
 impl Browser {
-    /// Starts it; what it keeps goes into a folder.
+    /// Starts the browser, with its data in a folder.
     pub(super) fn start(folder: &Path) -> Result<Self, String> {
         let mut command = Command::new(PROGRAM);
         command.args(["--headless=new", "--no-sandbox", "--no-first-run", "--disable-extensions"]);
@@ -57,7 +57,7 @@ impl Browser {
             .by_ref()
             .map_while(Result::ok)
             .find_map(|line| line.strip_prefix("DevTools listening on ").map(str::to_owned));
-        // It must not wait for a reader of what else it says.
+        // Drains the remaining output, so that the browser does not block on it.
         thread::spawn(move || lines.for_each(drop));
         let Some(url) = url else {
             let _ = child.kill();
@@ -77,12 +77,12 @@ impl Browser {
         Ok(browser)
     }
 
-    /// What is asked for from now on must be done within this time.
+    /// Sets a time limit for all following calls.
     pub(super) fn limit(&mut self, time: Duration) {
         self.end = Instant::now() + time;
     }
 
-    /// Calls a method and waits for what it returns.
+    /// Calls a method and waits for its result.
     pub(super) fn call(&mut self, method: &str, params: Value) -> Result<Value, String> {
         self.send(method, params)?;
         loop {
@@ -112,7 +112,7 @@ impl Browser {
         }
     }
 
-    /// Calls a method and does not wait: what it returns is passed over by the next call that does.
+    /// Calls a method without waiting; the next call that waits discards its result.
     fn send(&mut self, method: &str, params: Value) -> Outcome {
         self.number += 1;
         let mut message = json!({ "id": self.number, "method": method, "params": params });
@@ -122,12 +122,12 @@ impl Browser {
         self.socket.send(&message.to_string()).map_err(|e| format!("{method}: {e}"))
     }
 
-    /// What the page complained of since the last call.
+    /// Errors that the page reported since the last call.
     pub(super) fn complaints(&mut self) -> Vec<String> {
         std::mem::take(&mut self.complaints)
     }
 
-    /// The size of the page [px].
+    /// Sets the size of the page [px].
     pub(super) fn resize(&mut self, width: u32, height: u32) -> Outcome {
         let size =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
@@ -149,13 +149,13 @@ impl Browser {
         Ok(result["result"]["value"].take())
     }
 
-    /// What the viewer says of itself; null before its first picture.
+    /// The viewer's state; null before its first picture.
     pub(super) fn state(&mut self) -> Result<Value, String> {
         let text = self.value("globalThis.drystone_state?.() ?? ''")?;
         Ok(text.as_str().and_then(|text| serde_json::from_str(text).ok()).unwrap_or(Value::Null))
     }
 
-    /// Waits until the viewer's state is so.
+    /// Waits until the viewer's state satisfies a condition.
     pub(super) fn wait_for(
         &mut self,
         what: &str,
@@ -176,7 +176,7 @@ impl Browser {
         }
     }
 
-    /// Waits until the text that an expression gives is so.
+    /// Waits until the text of an expression satisfies a condition.
     pub(super) fn wait_until(&mut self, expression: &str, is_so: impl Fn(&str) -> bool) -> Outcome {
         loop {
             let text = self.value(expression)?;
@@ -190,7 +190,7 @@ impl Browser {
         }
     }
 
-    /// The middle of something that can be clicked, once it stands still.
+    /// The middle of a clickable item, once it stops moving.
     pub(super) fn place(&mut self, name: &str) -> Result<At, String> {
         let mut last = None;
         let state = self.wait_for(name, |state| {
@@ -201,7 +201,7 @@ impl Browser {
         place(&state, name).ok_or_else(|| name.to_owned())
     }
 
-    /// Clicks what has this name.
+    /// Clicks the item of this name.
     pub(super) fn click(&mut self, name: &str) -> Outcome {
         let at = self.place(name)?;
         self.click_at(at)
@@ -209,24 +209,24 @@ impl Browser {
 
     pub(super) fn click_at(&mut self, at: At) -> Outcome {
         self.mouse("mouseMoved", at, false)?;
-        // A button that is down for long is no click, and a picture may take long.
+        // A button held down for long is not a click, and a picture may take long.
         self.send("Input.dispatchMouseEvent", mouse("mousePressed", at, true))?;
         self.mouse("mouseReleased", at, false)
     }
 
-    /// An event of the mouse; `down` is whether its left button is down after it.
+    /// Sends a mouse event; `down` says whether the left button is down after it.
     pub(super) fn mouse(&mut self, kind: &str, at: At, down: bool) -> Outcome {
         self.call("Input.dispatchMouseEvent", mouse(kind, at, down))?;
         self.frame()
     }
 
-    /// Turns the wheel over a place until what has this name is seen.
+    /// Turns the wheel over a position until the item of this name is visible.
     pub(super) fn scroll_to(&mut self, name: &str, at: At) -> Outcome {
-        // What is scrolled is what the pointer is over, and a wheel alone moves no pointer.
+        // The wheel scrolls the item under the pointer, and does not move the pointer itself.
         self.mouse("mouseMoved", at, false)?;
         let height = self.value("innerHeight")?.as_f64().unwrap_or(0.0);
         for _ in 0..60 {
-            // What is laid out below the page has a place too.
+            // Items below the visible part of the page also have a position.
             if place(&self.state()?, name).is_some_and(|At(_, y)| y < height - 20.0) {
                 return Ok(());
             }
@@ -237,18 +237,18 @@ impl Browser {
 
     fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
         let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
-        // What it returns may come only after the next wheel.
+        // Its result may arrive only after the next wheel event.
         self.send("Input.dispatchMouseEvent", event)?;
         self.frame()
     }
 
-    /// The page is told that there is a screen to touch.
+    /// Emulates a touch screen.
     pub(super) fn fingers(&mut self) -> Outcome {
         let touch = json!({ "enabled": true, "maxTouchPoints": 5 });
         self.call("Emulation.setTouchEmulationEnabled", touch).map(drop)
     }
 
-    /// An event of fingers; those that are down after it.
+    /// Sends a touch event; `fingers` are the fingers that are down after it.
     pub(super) fn touch(&mut self, kind: &str, fingers: &[At]) -> Outcome {
         let points: Vec<Value> =
             (0..).zip(fingers).map(|(id, At(x, y))| json!({ "x": x, "y": y, "id": id })).collect();
@@ -256,7 +256,7 @@ impl Browser {
         self.frame()
     }
 
-    /// Presses a key and lets it go: its name, and the code of its place and number.
+    /// Presses and releases a key, given by its name, the code of its position, and its number.
     pub(super) fn key(&mut self, key: &str, code: &str, number: u32) -> Outcome {
         for kind in ["rawKeyDown", "keyUp"] {
             let event = json!({
@@ -279,7 +279,7 @@ impl Browser {
         Ok(())
     }
 
-    /// Has a script on the page drop a file that the server has, under another name.
+    /// Makes a script on the page drop a file of the server, under another name.
     pub(super) fn drop_by_script(&mut self, file: &str, name: &str) -> Outcome {
         let script = format!(
             "fetch({file:?}).then(answer => answer.arrayBuffer()).then(bytes => {{
@@ -292,13 +292,13 @@ impl Browser {
         self.value(&script).map(drop)
     }
 
-    /// Until the page has drawn a picture.
+    /// Waits until the page has drawn a picture.
     pub(super) fn frame(&mut self) -> Outcome {
         let wait = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))";
         self.value(wait).map(drop)
     }
 
-    /// Writes what is seen into a file of PNG; returns its size [bytes].
+    /// Writes a screenshot into a PNG file; returns its size [bytes].
     pub(super) fn picture(&mut self, file: &Path) -> Result<usize, String> {
         self.frame()?;
         let result = self.call("Page.captureScreenshot", json!({ "format": "png" }))?;
@@ -316,7 +316,7 @@ fn mouse(kind: &str, At(x, y): At, down: bool) -> Value {
     json!({ "type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": clicks })
 }
 
-/// The middle of something that can be clicked.
+/// The middle of a clickable item.
 fn place(state: &Value, name: &str) -> Option<At> {
     let number = |i: usize| state["places"][name][i].as_f64();
     Some(At((number(0)? + number(2)?) / 2.0, (number(1)? + number(3)?) / 2.0))

@@ -1,4 +1,4 @@
-//! From source to the folder that a web server serves.
+//! Builds the folder that a web server serves.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use std::process::{Command, Stdio};
 use super::folder;
 use crate::{Outcome, debian, root, run_to_end, target};
 
-/// All files together, compressed as a web server sends them [bytes].
+/// Maximum size of all files together, compressed as a web server sends them [bytes].
 const MOST_BYTES: usize = 5_000_000;
 
 const TRIPLE: &str = "wasm32-unknown-unknown";
 
-/// Sees to it that the tools are there.
+/// Installs the required tools.
 pub(super) fn prepare() -> Outcome {
     packages()?;
     bindgen().map(drop)
@@ -50,7 +50,7 @@ pub(super) fn run() -> Outcome {
     weigh(&folder)
 }
 
-/// Installs Debian's packages where they are missing.
+/// Installs missing packages of Debian.
 fn packages() -> Outcome {
     debian::install("scripts/web-packages.sh", &[], || {
         debian::compiler()?;
@@ -59,7 +59,7 @@ fn packages() -> Outcome {
     })
 }
 
-/// The command wasm-bindgen in the version of the lock file; compiled once into the target folder.
+/// The command wasm-bindgen in the version of the lock file, compiled once into the target folder.
 fn bindgen() -> Result<PathBuf, String> {
     let lock = root().join("Cargo.lock");
     let text = fs::read_to_string(&lock).map_err(|e| format!("{}: {e}", lock.display()))?;
@@ -80,7 +80,7 @@ fn bindgen() -> Result<PathBuf, String> {
     Ok(program)
 }
 
-/// Says how large the files are as a web server sends them, and fails if that is too much.
+/// Prints the compressed sizes of the files, and fails if they are too large.
 fn weigh(folder: &Path) -> Outcome {
     let mut total = 0;
     let entries = fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use crate::{Outcome, ci, target};
 
-/// Builds and tests; or only one of them; or serves the folder.
+/// Builds and tests, or does only one of them, or serves the folder.
 pub fn run(words: &[&str]) -> Outcome {
     match words {
         [] => build::run().and_then(|()| test::run(&[])),
@@ -26,11 +26,11 @@ pub fn run(words: &[&str]) -> Outcome {
     }
 }
 
-/// The stage of `cargo xtask ci`: all of it if it is asked for, by its name or by the environment; it takes longer than
-/// all other stages together where nothing of it is built yet.
+/// The stage of `cargo xtask ci`. It runs only on request, by its name or by the environment:
+/// without earlier builds it takes longer than all other stages together.
 pub fn check() -> Outcome {
     if ci::wanted("web") {
-        // Whoever has no network can check the rest all the same.
+        // Without a network the other stages can still be checked.
         if let Err(why) = build::prepare() {
             println!(
                 "   SKIPPED: the viewer in a browser; what builds and tests it cannot be had: {why}"
@@ -53,7 +53,7 @@ fn serve(port: &str) -> Outcome {
     Ok(())
 }
 
-/// What a web server has to serve.
+/// The folder for the web server.
 fn folder() -> PathBuf {
     target().join("web")
 }

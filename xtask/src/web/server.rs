@@ -1,4 +1,4 @@
-//! A web server for files in folders, to look and to test with.
+//! A web server for files in folders, for manual use and for tests.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -13,7 +13,8 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Serves the files of folders, the first one that has it, to this machine only; port 0 is any free one.
+    /// Serves files of folders, from the first folder that has the file, to this machine only. Port
+    /// 0 selects a free one.
     pub(super) fn start(port: u16, folders: Vec<PathBuf>) -> Result<Self, String> {
         let listener =
             TcpListener::bind(("127.0.0.1", port)).map_err(|e| format!("port {port}: {e}"))?;
@@ -21,7 +22,7 @@ impl Server {
         let thread = thread::spawn(move || {
             for stream in listener.incoming().flatten() {
                 let folders = folders.clone();
-                // A browser that goes away is nobody's fault.
+                // A browser that closes the connection is not an error.
                 thread::spawn(move || drop(answer(stream, &folders)));
             }
         });
@@ -40,7 +41,7 @@ impl Server {
 fn answer(mut stream: TcpStream, folders: &[PathBuf]) -> std::io::Result<()> {
     let mut lines = BufReader::new((&stream).take(1 << 16)).lines();
     let first = lines.next().transpose()?.unwrap_or_default();
-    // The rest of the request says nothing that matters here.
+    // The rest of the request does not matter here.
     for line in lines {
         if line?.is_empty() {
             break;

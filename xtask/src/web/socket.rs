@@ -1,4 +1,4 @@
-//! A WebSocket to a program on this machine (RFC 6455): text there and back, nothing else.
+//! A WebSocket to a program on this machine (RFC 6455), for text only.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -9,7 +9,7 @@ pub(super) struct Socket {
     stream: BufReader<TcpStream>,
 }
 
-/// Longest message that is read [bytes].
+/// Maximum length of a received message [bytes].
 const MOST_BYTES: u64 = 1 << 28;
 
 impl Socket {
@@ -21,7 +21,7 @@ impl Socket {
         let stream = TcpStream::connect(host)?;
         stream.set_nodelay(true)?;
         let mut stream = BufReader::new(stream);
-        // The key is there to keep caches out, of which there are none.
+        // The key protects against caches, and there are none here.
         write!(
             stream.get_mut(),
             "GET /{path} HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
@@ -44,7 +44,8 @@ impl Socket {
     }
 
     fn send_frame(&mut self, kind: u8, bytes: &[u8]) -> io::Result<()> {
-        // Whole, and masked as a client's frames must be; a mask of zeros leaves the bytes as they are.
+        // A complete frame, masked as a client's frames must be; a zero mask leaves the bytes
+        // unchanged.
         let mut frame = vec![0x80 | kind];
         match (u8::try_from(bytes.len()), u16::try_from(bytes.len())) {
             (Ok(length @ 0..126), _) => frame.push(0x80 | length),
@@ -62,9 +63,9 @@ impl Socket {
         self.stream.get_mut().write_all(&frame)
     }
 
-    /// The next text that the other side sends, if it comes within this time.
+    /// The next text from the other side, if it arrives within this time.
     pub(super) fn receive(&mut self, within: Duration) -> io::Result<String> {
-        // No time at all would be refused.
+        // A timeout of zero would be refused.
         let within = within.max(Duration::from_millis(1));
         self.stream.get_ref().set_read_timeout(Some(within))?;
         let mut text = Vec::new();
@@ -87,7 +88,7 @@ impl Socket {
                     self.send_frame(PONG, &ping)?;
                 }
                 PONG => text.truncate(begin),
-                // The last part of a message.
+                // The last frame of a message.
                 _ if first & 0x80 != 0 => {
                     return String::from_utf8(text).map_err(io::Error::other);
                 }

@@ -1,4 +1,5 @@
-//! The page in a browser, from the outside: mouse, fingers, keys and files, and the same bits as the command's.
+//! Tests the page in a browser with mouse, fingers, keys and files, and compares its bits with the
+//! command's.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use super::server::Server;
 use super::textured;
 use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target};
 
-/// Scenes that the page steps to the same bits as the command, and how many steps.
+/// Scenes that must have the same bits in the page as in the command, and their number of steps.
 const SAME: [(&str, u32); 8] = [
     ("hello", 120),
     ("stack:n=10", 240),
@@ -25,7 +26,7 @@ const SAME: [(&str, u32); 8] = [
     ("convex_vs_mesh", 30),
 ];
 
-/// Runs all parts, or those of these names. Each has a page of its own, so each can be run alone.
+/// Runs all parts, or the parts of these names. Each has its own page, so each can be run alone.
 pub(super) fn run(names: &[&str]) -> Outcome {
     if !folder().join("drystone_bg.wasm").exists() {
         return Err(format!("{}: no page; `cargo xtask web build` makes it", folder().display()));
@@ -40,7 +41,7 @@ pub(super) fn run(names: &[&str]) -> Outcome {
     let parts = || PARTS.iter().filter(|part| names.is_empty() || names.contains(&part.name));
     let built = std::env::var_os(COMMAND).is_some();
     if !built && parts().any(|part| WITH_COMMAND.contains(&part.name)) {
-        // Compiling it is in no part's time.
+        // Built here, so that no part's time includes the compilation.
         let mut build = cargo();
         build.args(["build", "--quiet", "--release", "--package", "drystone-app"]);
         run_to_end(build.args(WITHOUT_GRAPHICS))?;
@@ -49,7 +50,7 @@ pub(super) fn run(names: &[&str]) -> Outcome {
     let page = format!("http://{}/", server.address());
     let mut failures = Vec::new();
     for part in parts() {
-        // A browser of its own: one that hangs takes no other part with it.
+        // Each part has its own browser, so that a hang affects no other part.
         let browser = Browser::start(&work.join(format!("profile-{}", part.name)))?;
         let mut test = Test { browser, work: work.clone(), page: page.clone() };
         let begin = Instant::now();
@@ -69,22 +70,22 @@ pub(super) fn run(names: &[&str]) -> Outcome {
     }
 }
 
-/// Names a command that is built already, in the environment.
+/// Environment variable with the path of a command that is already built.
 const COMMAND: &str = "DRYSTONE_COMMAND";
 
-/// By how much parts may take longer than they say, in the environment: for machines that are busy otherwise.
+/// Environment variable with a factor on the time limits, for busy machines.
 const PATIENCE: &str = "DRYSTONE_PATIENCE";
 
-/// The parts that need the command beside the page.
+/// The parts that need the command in addition to the page.
 const WITH_COMMAND: [&str; 4] = ["files", "textures", "film", "hashes"];
 
 /// A part of the test.
 struct Part {
     name: &'static str,
-    /// What holds if it passes.
+    /// The condition that holds if it passes.
     what: &'static str,
-    /// How long it may take [s]: many times what it needs, as pictures are drawn in software, on a machine that may be
-    /// busy. What hangs ends then, and the next part runs.
+    /// Time limit [s]: many times the usual time, because pictures are drawn in software on a
+    /// machine that may be busy. A part that hangs ends then, and the next part runs.
     seconds: u64,
     run: fn(&mut Test) -> Outcome,
 }
@@ -124,7 +125,7 @@ struct Test {
 }
 
 impl Test {
-    /// Runs a part on a fresh page; a picture is left of one that fails.
+    /// Runs a part on a fresh page, and saves a picture if it fails.
     fn go_through(&mut self, part: &Part) -> Outcome {
         let patience = std::env::var(PATIENCE).ok().and_then(|text| text.parse::<u64>().ok());
         let seconds = part.seconds.saturating_mul(patience.unwrap_or(1).clamp(1, 100));
@@ -152,7 +153,7 @@ impl Test {
         Ok(())
     }
 
-    /// Opens a scene by the page's own function.
+    /// Opens a scene with the page's own function.
     fn scene(&mut self, name: &str) -> Outcome {
         self.browser.value("drystone_play(false)")?;
         self.browser.value(&format!("drystone_open({name:?})"))?;
@@ -168,7 +169,7 @@ impl Test {
         hash(&state).ok_or(what)
     }
 
-    /// The hash that the command has for a scene or a file after some steps.
+    /// The hash from the command for a scene or a file after some steps.
     fn hash_of_command(&self, scene: &str, steps: u32, more: &[&str]) -> Result<String, String> {
         let report = self.work.join("report.json");
         let built = std::env::var_os(COMMAND).map(PathBuf::from);
@@ -184,13 +185,13 @@ impl Test {
             .ok_or_else(|| "a report without a hash".to_owned())
     }
 
-    /// Takes a picture, which must show something: one color alone takes some kilobytes.
+    /// Takes a picture, which must not be empty: a picture of one color has only some kilobytes.
     fn picture(&mut self, name: &str) -> Outcome {
         let size = self.browser.picture(&self.work.join(name))?;
         if size > 20_000 { Ok(()) } else { Err(format!("{name} has {size} bytes: it is empty")) }
     }
 
-    /// How many points of a picture that was taken have red, green and blue within these.
+    /// Number of pixels of a picture whose red, green and blue are within these ranges.
     fn points(&mut self, name: &str, ranges: [[u8; 2]; 3]) -> Result<f64, String> {
         let script = format!(
             "fetch({name:?}).then(answer => answer.blob()).then(createImageBitmap).then(image => {{
@@ -246,12 +247,13 @@ fn time(test: &mut Test) -> Outcome {
     b.click("first")?;
     b.wait_for("the beginning", |s| s["step"] == 0)?;
     b.value("drystone_speed(0.1); drystone_play(true)")?;
-    // Pictures between steps: the step's number stays while time goes on.
+    // Pictures between steps: the step number stays while time advances.
     b.wait_for("slow motion", |s| s["step"].as_u64() > Some(3))?;
     b.value("drystone_speed(1); drystone_play(false)").map(drop)
 }
 
-/// Where a lone cube of `stack:n=1` is seen, and how high it is held [m].
+/// Position of the single cube of `stack:n=1` in the picture, and the height at which it is held
+/// [m].
 fn middle(test: &mut Test) -> Result<At, String> {
     test.go_to("?scene=stack:n=1&paused")?;
     let at = test.browser.place("picture")?;
@@ -266,8 +268,8 @@ fn height(state: &Value, end: &str) -> f64 {
     state["held"][end][1].as_f64().unwrap_or(f64::NAN)
 }
 
-/// Waits until what is held has followed the pointer to within a decimeter, and is at least two of them higher: its
-/// corner at the least, for 200 px are 0.4 m there.
+/// Waits until the held body has followed the pointer to within 0.1 m and is at least 0.2 m higher,
+/// at least at its corner: 200 px are 0.4 m there.
 fn follows(test: &mut Test, start: f64) -> Outcome {
     let near = |s: &Value| (height(s, "from") - height(s, "to")).abs() < 0.1;
     let up = |s: &Value| height(s, "from") > start + 0.2;
@@ -295,7 +297,7 @@ fn fingers(test: &mut Test) -> Outcome {
     test.browser.fingers()?;
     let At(x, y) = middle(test)?;
     test.browser.touch("touchStart", &[At(x, y)])?;
-    // The browser takes up to 15 px for a finger that stands still.
+    // The browser tolerates 15 px of motion for a finger that stands still.
     test.browser.touch("touchMove", &[At(x, y - 40.0)])?;
     let state = test.browser.wait_for("the cube is held", |s| s["held"].is_object())?;
     let start = height(&state, "from");
@@ -304,7 +306,7 @@ fn fingers(test: &mut Test) -> Outcome {
     }
     follows(test, start)?;
     test.picture("finger.png")?;
-    // A second finger: the view moves, the cube is let go.
+    // A second finger moves the view and releases the cube.
     let second = At(x - 100.0, y);
     test.browser.touch("touchStart", &[At(x, y - 200.0), second])?;
     test.browser.touch("touchMove", &[At(x + 20.0, y - 220.0), At(x - 120.0, y + 20.0)])?;
@@ -315,7 +317,7 @@ fn fingers(test: &mut Test) -> Outcome {
 
 fn method(test: &mut Test) -> Outcome {
     test.go_to("?scene=pyramid:base=6&paused")?;
-    // The settings stand below: the panel is scrolled to them.
+    // The settings are at the bottom, so the panel scrolls to them.
     let At(x, y) = test.browser.place("hide")?;
     test.browser.scroll_to("method", At(x, y + 300.0))?;
     test.browser.value("drystone_play(true)")?;
@@ -382,7 +384,7 @@ fn files(test: &mut Test) -> Outcome {
         return Err(format!("good.glb: the page has {page}, the command {command}"));
     }
     test.picture("dropped.png")?;
-    // What the page's own scripts drop is taken too, good or broken.
+    // Files that the page's own scripts drop are accepted too, valid or broken.
     test.browser.drop_by_script("good.glb", "script.glb")?;
     test.browser.wait_for("the script's file is open", opened("script.glb"))?;
     test.browser.drop_by_script("broken.glb", "script-broken.glb")?;
@@ -391,7 +393,7 @@ fn files(test: &mut Test) -> Outcome {
     check(state["scene"] == "script.glb", &state)
 }
 
-/// Drops a file that cannot be opened, and reads the message; the scene before it stays.
+/// Drops a file that cannot be opened, and reads the message; the previous scene stays.
 fn refused(test: &mut Test, path: &Path, says: &str, at: At) -> Outcome {
     let before = test.browser.state()?;
     test.browser.drop_file(path, at)?;
@@ -402,8 +404,8 @@ fn refused(test: &mut Test, path: &Path, says: &str, at: At) -> Outcome {
     check(state["scene"] == before["scene"], &state)
 }
 
-/// How many points of a picture that was taken are red, green, blue, yellow, magenta: how dark and how bright each part
-/// must be for that.
+/// Ranges of red, green and blue that count as red, green, blue, yellow and magenta pixels of a
+/// picture.
 const COLORS: [(&str, [[u8; 2]; 3]); 5] = [
     ("red", [[110, 255], [0, 80], [0, 80]]),
     ("green", [[0, 90], [90, 255], [0, 90]]),
@@ -422,7 +424,7 @@ fn textures(test: &mut Test) -> Outcome {
     let notes = state["notes"].to_string();
     check(state["message"].is_null() && notes.contains("images[2].uri: is a broken PNG"), &state)?;
     test.picture("textures-note.png")?;
-    // The note is over the picture until it is read.
+    // The note covers the picture until it is closed.
     test.browser.click("close")?;
     test.browser.wait_for("the note is gone", |s| s["places"]["close"].is_null())?;
     let page = test.hash_after(60)?;
@@ -453,7 +455,7 @@ fn film(test: &mut Test) -> Outcome {
     test.browser.wait_for("the moment", |s| s["step"] == 60 && s["playing"] == false)?;
     test.picture("film.png")?;
     let at = test.browser.place("time")?;
-    // A slider follows a button that is down in a picture.
+    // A slider follows a button that was pressed in a picture.
     test.browser.mouse("mouseMoved", at, false)?;
     test.browser.mouse("mousePressed", at, true)?;
     test.browser.mouse("mouseReleased", at, false)?;
@@ -466,7 +468,7 @@ fn film(test: &mut Test) -> Outcome {
     test.browser.open(&format!("{}player.html?film=nothing.glb", test.page))?;
     let note = "document.getElementById('note')?.textContent ?? ''";
     test.browser.wait_until(note, |text| text.contains("404"))?;
-    // The browser itself tells of that in its log.
+    // The browser reports this in its own log.
     test.browser.complaints();
     Ok(())
 }

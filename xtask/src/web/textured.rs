@@ -1,17 +1,18 @@
-//! A glTF file to drop on the page: bodies with textures on them, one with holes, one seen through, one whose image is broken.
+//! A glTF file for dropping on the page. It has textured bodies: one with holes, one transparent,
+//! one with a broken image.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
-/// PNG of two by two points: red, green; blue, white.
+/// PNG of 2 × 2 pixels: red, green; blue, white.
 const QUARTERS: &str = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAG0lEQVR42mM4ISLyX2SByH8GEY0T/+/cufMfAEUsCU26NBOzAAAAAElFTkSuQmCC";
-/// PNG of two by two points: yellow, nothing; nothing, yellow.
+/// PNG of 2 × 2 pixels: yellow, transparent; transparent, yellow.
 const HOLES: &str = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAFElEQVR42mN4dkLkPxAzMIAIEAcAVRcJB68SllwAAAAASUVORK5CYII=";
 /// The first bytes of a PNG.
 const BROKEN: &str = "iVBORw0KGgo=";
 
-/// What a body is: its place, its half extents [m], the number of its material, whether it moves.
+/// Position and half extents of a body [m], its material number, and whether it moves.
 type Cuboid = ([f32; 3], [f32; 3], usize, bool);
 
 const CUBOIDS: [Cuboid; 5] = [
@@ -23,7 +24,7 @@ const CUBOIDS: [Cuboid; 5] = [
     ([1.0, 0.4, -1.2], [0.4, 0.4, 0.4], 3, true),
 ];
 
-/// Bytes of the file.
+/// The bytes of the file.
 pub(super) fn file() -> Vec<u8> {
     let uri = |png: &str| json!({ "uri": format!("data:image/png;base64,{png}") });
     let images = [QUARTERS, HOLES, BROKEN].map(uri);
@@ -95,12 +96,12 @@ fn material(texture: Option<usize>, color: [f32; 4], alpha: &str) -> Value {
     json!({ "pbrMetallicRoughness": pbr, "alphaMode": alpha, "doubleSided": alpha != "OPAQUE" })
 }
 
-/// Corners of the twelve triangles of a cuboid: places, normals, texture coordinates.
+/// Corners of the twelve triangles of a cuboid: positions, normals, texture coordinates.
 fn corners(half: [f32; 3]) -> [Vec<f32>; 3] {
     let [mut places, mut normals, mut coordinates] = [const { Vec::new() }; 3];
     for face in 0..6 {
         let (axis, side) = (face / 2, if face % 2 == 0 { 1.0_f32 } else { -1.0 });
-        // Across and up, so that across × up is the normal.
+        // Directions across and up, so that across × up is the normal.
         let (across, up) = ((axis + 1) % 3, (axis + 2) % 3);
         for (s, t) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         {

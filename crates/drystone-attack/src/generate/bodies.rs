@@ -1,4 +1,4 @@
-//! Bodies of every kind, what they stand on, and what comes apart.
+//! Bodies of every kind, grounds, and breakable bodies.
 
 use drystone::breakage::{BondStrength, Fracture};
 use drystone::math::Sym3;
@@ -8,7 +8,7 @@ use super::draw::{Draw, KnownBody};
 use crate::op::{BodyPlan, Form, Op, ShapePlan, Style};
 
 impl Draw {
-    /// The ground, if there is one.
+    /// Adds a ground, if any.
     pub(super) fn scenery(&mut self) {
         let form = match self.rng.weighted(&[4.0, 2.0, 2.0, 1.5, 0.7]) {
             0 => Form::Plain(Shape::half_space(Vec3::Y, 0.0)),
@@ -34,7 +34,7 @@ impl Draw {
         self.add(def, vec![plan], 0.0);
     }
 
-    /// A body that overlaps no other, but in torture.
+    /// Adds a body that overlaps no other, except in torture.
     pub(super) fn body(&mut self) {
         let (shapes, radius) = self.shapes();
         let position = self.room(radius);
@@ -60,7 +60,7 @@ impl Draw {
         self.add(def, shapes, radius);
     }
 
-    /// A place for a ball of this radius [m].
+    /// A free position for a ball of this radius [m].
     fn room(&mut self, radius: f32) -> Vec3 {
         if self.style == Style::Torture {
             let half = self.rng.pick(&[0.0, 0.3, 1.0, 3.0]);
@@ -126,7 +126,8 @@ impl Draw {
             0 => MassDef::FromShapes,
             1 => MassDef::Mass(mass),
             _ => {
-                // What a box has: a body whose moments break the triangle inequality is none.
+                // Moments of a box: a body whose moments violate the triangle inequality is
+                // invalid.
                 let [a, b, c] = [0; 3].map(|_| self.size * self.rng.between(0.5, 2.0));
                 let m = mass / 3.0;
                 let d = vec3(m * (b * b + c * c), m * (a * a + c * c), m * (a * a + b * b));
@@ -161,7 +162,7 @@ impl Draw {
         }
     }
 
-    /// A wall of boxes that hold together.
+    /// Adds a wall of boxes that are glued together.
     fn glued(&mut self, mut def: BodyDef) {
         let half = self.size * self.rng.between(0.2, 0.5);
         let (wide, high) = (self.rng.from_to(1, 3), self.rng.from_to(1, 3));
@@ -189,7 +190,7 @@ impl Draw {
         }
     }
 
-    /// Adds a body of these shapes; its label.
+    /// Adds a body with these shapes; returns its label.
     pub(super) fn add(&mut self, def: BodyDef, shapes: Vec<ShapePlan>, radius: f32) -> u32 {
         let label = self.label();
         self.bodies.push(KnownBody {
@@ -203,7 +204,7 @@ impl Draw {
         label
     }
 
-    /// A link of a mechanism: a body here, so turned.
+    /// Adds a link of a mechanism at this position and rotation.
     pub(super) fn link(&mut self, position: Vec3, rotation: Quat, kind: BodyKind) -> KnownBody {
         let (form, radius) = self.convex();
         let mut plan = self.shape_of(form);

@@ -9,7 +9,7 @@ use super::draw::{Draw, KnownBody};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall, Style};
 
 impl Draw {
-    /// One call of any kind.
+    /// Adds one call of any kind.
     pub(super) fn call(&mut self) {
         match self.rng.weighted(&[8.0, 1.0, 1.5, 2.0, 3.0, 1.5, 1.5, 3.0]) {
             0 => self.body_call(),
@@ -37,7 +37,7 @@ impl Draw {
             2 => BodyCall::LinearVelocity(self.speed()),
             3 => BodyCall::AngularVelocity(self.spin()),
             4 => {
-                // No faster than 10 m/s where worlds are ordinary: the way is up to three and a half sizes.
+                // At most 10 m/s in ordinary worlds: the displacement is up to 3.5 sizes.
                 let is_ordinary = self.style == Style::Ordinary;
                 let time =
                     if is_ordinary { (0.35 * self.size).max(1.0 / 60.0) } else { 1.0 / 60.0 };
@@ -145,7 +145,7 @@ impl Draw {
                 let link = self.rng.pick(&links);
                 self.ops.push(Op::RemoveLink(link));
             }
-            // A piece of something that broke, if anything did.
+            // A piece of a broken body, if any.
             _ => {
                 let piece = crate::op::PIECES + self.rng.below_u32(3);
                 self.ops.push(Op::RemoveBody(piece));

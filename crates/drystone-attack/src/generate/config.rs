@@ -1,4 +1,4 @@
-//! Configurations within their bounds, the default most of the time.
+//! Configurations within their bounds, mostly the default.
 
 use drystone::config::ParticleForm;
 use drystone::method::{
@@ -9,7 +9,7 @@ use drystone::{Vec3, WorldConfig};
 use super::draw::Draw;
 use crate::op::Style;
 
-/// How often each of [`Method::NAMES`] is taken; `analytic` can take seconds for a step.
+/// Weight of each of [`Method::NAMES`]; `analytic` can take seconds per step.
 const METHODS: [f32; 9] = [14.0, 1.5, 0.8, 0.8, 0.4, 0.4, 0.5, 0.08, 0.8];
 
 impl Draw {
@@ -19,7 +19,7 @@ impl Draw {
         config.method = Method::named(name).unwrap_or_else(Method::soft_step);
         if self.rng.chance(0.15) {
             let options = self.options();
-            // What does not go together is refused: then the method stays as it is.
+            // Invalid combinations are refused, and then the method stays unchanged.
             if let Ok(method) = config.method.clone().with_options(options) {
                 config.method = method;
             }
@@ -35,7 +35,7 @@ impl Draw {
         config
     }
 
-    /// Some fields of a configuration, each to a value within its bounds.
+    /// Changes some fields of a configuration, each to a value within its bounds.
     pub(super) fn change(&mut self, config: &mut WorldConfig) {
         for _ in 0..self.rng.from_to(1, 5) {
             let r = &mut self.rng;

@@ -1,4 +1,4 @@
-//! What a program has so far, and numbers in its style.
+//! The objects of a program so far, and random numbers in its style.
 
 use drystone::events::{ContactReports, Senses};
 use drystone::{Axis, Filter, Material, Quat, Vec3};
@@ -12,7 +12,7 @@ pub(super) struct KnownBody {
     pub(super) label: Label,
     pub(super) position: Vec3,
     pub(super) rotation: Quat,
-    /// Of a ball around it [m].
+    /// Radius of a ball around the body [m].
     pub(super) radius: f32,
     pub(super) shapes: Vec<Label>,
 }
@@ -21,12 +21,12 @@ pub(super) struct KnownBody {
 #[derive(Clone, Debug)]
 pub(super) struct KnownJoint {
     pub(super) label: Label,
-    /// Axes that are not locked; of a joint of six axes without a cone.
+    /// Axes that are not locked, for a six-axis joint without a cone.
     pub(super) free_axes: Vec<Axis>,
     pub(super) is_six: bool,
 }
 
-/// A program in the making.
+/// A program under construction.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     pub(super) rng: Rng,
@@ -36,7 +36,7 @@ pub(super) struct Draw {
     pub(super) joints: Vec<KnownJoint>,
     pub(super) particles: Vec<Label>,
     pub(super) links: Vec<Label>,
-    /// Size of things in this world [m].
+    /// Typical size of objects in this world [m].
     pub(super) size: f32,
     next: Label,
 }
@@ -60,7 +60,7 @@ impl Draw {
         }
     }
 
-    /// So many labels, the first of which is returned.
+    /// Reserves `count` labels and returns the first.
     pub(super) fn labels(&mut self, count: usize) -> Label {
         let first = self.next;
         self.next += u32::try_from(count).unwrap_or(1);
@@ -71,7 +71,7 @@ impl Draw {
         self.labels(1)
     }
 
-    /// Half a length of a shape [m].
+    /// A random half length of a shape [m].
     pub(super) fn length(&mut self) -> f32 {
         match self.style {
             Style::Ordinary | Style::Edge => self.size * self.rng.between(0.5, 2.0),
@@ -80,13 +80,13 @@ impl Draw {
         }
     }
 
-    /// Of a size about that of the world's things [m].
+    /// A random offset of about the size of the world's objects [m].
     pub(super) fn offset(&mut self, factor: f32) -> Vec3 {
         let half = factor * self.size;
         self.rng.vector(half)
     }
 
-    /// A speed [m/s].
+    /// A random velocity [m/s].
     pub(super) fn speed(&mut self) -> Vec3 {
         let most = match self.style {
             Style::Ordinary | Style::Edge => 5.0,
@@ -97,15 +97,16 @@ impl Draw {
         self.rng.vector(most)
     }
 
-    /// An angular speed [rad/s].
+    /// A random angular velocity [rad/s].
     pub(super) fn spin(&mut self) -> Vec3 {
         let most = if self.style == Style::Torture { 60.0 } else { 8.0 };
         let most = self.rng.between(0.0, most);
         self.rng.vector(most)
     }
 
-    /// Draws a force or an impulse in proportion to what things weigh [N or N s]. In ordinary worlds an impulse gives most things up to
-    /// 1 m/s, and the lightest 30 m/s. Other worlds get up to thirty times as much.
+    /// A random force or impulse in proportion to typical masses [N or N s]. In ordinary worlds an
+    /// impulse accelerates most objects by up to 1 m/s, and the lightest by 30 m/s. Other worlds
+    /// get up to thirty times as much.
     pub(super) fn push(&mut self) -> Vec3 {
         let weight = 3000.0 * self.size * self.size * self.size;
         let part = if self.style == Style::Ordinary { 0.03 } else { 1.0 };
@@ -164,12 +165,12 @@ impl Draw {
         Filter { layers, mask, exclude }
     }
 
-    /// The label of some body, or of a piece of one that broke.
+    /// The label of this body, or of a piece of a broken body.
     pub(super) fn any_body_or_piece(&mut self, of: &KnownBody) -> Label {
         if self.rng.chance(0.05) { PIECES + self.rng.below_u32(4) } else { of.label }
     }
 
-    /// A body, or one that is gone; `None` if there never was any.
+    /// A random body, possibly removed; `None` if there never was any.
     pub(super) fn any_body(&mut self) -> Option<KnownBody> {
         let at = self.rng.below(self.bodies.len());
         self.bodies.get(at).cloned()

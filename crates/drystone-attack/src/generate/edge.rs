@@ -1,10 +1,10 @@
-//! Numbers at the bounds of their fields and beyond, in a program that is ordinary otherwise.
+//! Numbers at the bounds of their fields and beyond, in an otherwise ordinary program.
 
 use crate::numbers;
 use crate::op::{Op, Program};
 use crate::rng::Rng;
 
-/// Values that some field has as its bound, and the ends of what `f32` can say.
+/// Bounds of various fields, and the extremes of `f32`.
 const BOUNDS: [f32; 22] = [
     0.0,
     1.0e-45,
@@ -30,7 +30,7 @@ const BOUNDS: [f32; 22] = [
     f32::INFINITY,
 ];
 
-/// An extreme number: a bound, or the number beside it, of either sign; now and then NaN.
+/// An extreme number: a bound or its neighbor, of either sign; occasionally NaN.
 pub fn number(rng: &mut Rng) -> f32 {
     if rng.chance(0.03) {
         return f32::NAN;
@@ -44,7 +44,7 @@ pub fn number(rng: &mut Rng) -> f32 {
     if rng.chance(0.25) { -value } else { value }
 }
 
-/// Puts extremes into some places.
+/// Replaces some numbers by extreme ones.
 pub(super) fn mutate(program: &mut Program, rng: &mut Rng) {
     if rng.chance(0.15) {
         one_of(rng, |f| numbers::of_config(&mut program.config, f));
@@ -65,7 +65,7 @@ pub(super) fn mutate(program: &mut Program, rng: &mut Rng) {
     }
 }
 
-/// Replaces one of the numbers that `visit` shows, or, now and then, all of them.
+/// Replaces one of the numbers that `visit` passes on, or occasionally all of them.
 fn one_of(rng: &mut Rng, mut visit: impl FnMut(numbers::Visit<'_>)) {
     let mut count = 0;
     visit(&mut |_| count += 1);

@@ -1,4 +1,4 @@
-//! Joints of every kind: put together where they are met, but in torture.
+//! Joints of every kind, initially closed, except in torture.
 
 use core::f32::consts::PI;
 
@@ -13,7 +13,7 @@ use super::draw::{Draw, KnownBody, KnownJoint};
 use crate::op::{CouplingPlan, JointPlan, Op, Place, Style};
 
 impl Draw {
-    /// A chain or a tree of bodies, each joined to one that was there before.
+    /// Adds a chain or a tree of bodies, each joined to an earlier one.
     pub(super) fn mechanism(&mut self) {
         let count = self.rng.from_to(2, 5);
         let is_articulated = self.rng.chance(0.4);
@@ -55,7 +55,7 @@ impl Draw {
         body
     }
 
-    /// A joint between two bodies that are there, at a point between them.
+    /// Adds a joint between two existing bodies, at a point between them.
     pub(super) fn joint_between_any(&mut self) {
         let (Some(a), Some(b)) = (self.any_body(), self.any_body()) else { return };
         if a.label == b.label {
@@ -159,7 +159,7 @@ impl Draw {
         strength
     }
 
-    /// Axes of a joint, in all forms.
+    /// Random axes of a six-axis joint, in all forms.
     pub(super) fn six(&mut self) -> SixDof {
         let spring = self.spring();
         let force = self.drive_force();
@@ -247,7 +247,7 @@ impl Draw {
         JointDrive::servo(self.rng.between(-reach, reach), spring, max_force)
     }
 
-    /// Couplings between joints that have axes to couple.
+    /// Adds couplings between joints with suitable axes.
     pub(super) fn couplings(&mut self) {
         if !self.rng.chance(0.3) {
             return;

@@ -1,4 +1,4 @@
-//! Programs from seeds: which things a world has, by style and subject.
+//! Generates programs from seeds, by style and subject.
 
 mod bodies;
 mod calls;
@@ -16,7 +16,7 @@ use self::draw::Draw;
 use crate::op::{Op, Program, Style};
 use crate::rng::Rng;
 
-/// What a world is about; the others stay away, so that worlds are small and quick.
+/// The features of a world. Most are left out, so that worlds are small and fast.
 #[derive(Clone, Copy, Debug)]
 struct Subjects {
     joints: bool,
@@ -76,7 +76,7 @@ pub fn program_of(seed: u64, style: Style) -> Program {
 }
 
 impl Draw {
-    /// Steps, with calls between them.
+    /// Adds steps, with calls between them.
     fn run(&mut self, calls: bool, hostile: bool, total: u32) {
         let mut dt = self.step_length();
         let mut left = total;

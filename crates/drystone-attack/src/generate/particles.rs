@@ -1,4 +1,4 @@
-//! Particles: loose, as ropes, cloths and clouds; links that tear; what bodies hold.
+//! Particles: loose, as ropes, cloths and clouds; links that tear; attachments to bodies.
 
 use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 use drystone::{Vec3, vec3};
@@ -7,7 +7,7 @@ use super::draw::Draw;
 use crate::op::{LinkPlan, Op, Style};
 
 impl Draw {
-    /// Some particles.
+    /// Adds some particles.
     pub(super) fn particles(&mut self) {
         for _ in 0..self.rng.from_to(1, 2) {
             match self.rng.below(4) {
@@ -103,7 +103,8 @@ impl Draw {
             def.bend = self.rng.chance(0.5).then(|| self.link_kind());
         }
         let count = (squares[0] + 1) * (squares[1] + 1);
-        // As many as there are at most: along two sides, across both ways, over two both ways.
+        // The maximum number of links: along two sides, across both diagonals, and over two cells
+        // in both directions.
         let (first, link) = (self.labels(count), self.labels(6 * count));
         self.know(first, count, link, count);
         self.ops.push(Op::AddCloth(first, link, Box::new(def)));

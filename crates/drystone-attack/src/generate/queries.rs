@@ -1,4 +1,4 @@
-//! Questions with ordinary and extreme arguments.
+//! Queries with ordinary and extreme arguments.
 
 use drystone::geometry::Aabb;
 use drystone::impact::{ImpactBody, ImpactSurface};
@@ -9,7 +9,7 @@ use super::draw::Draw;
 use crate::op::{Form, Op, QueryCall};
 
 impl Draw {
-    /// A question, or a collision by itself.
+    /// Adds a query, or a collision of two shapes without a world.
     pub(super) fn query(&mut self) {
         let filter = self.filter();
         let at = Pose { position: self.place(), rotation: self.rng.rotation() };

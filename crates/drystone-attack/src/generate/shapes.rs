@@ -6,7 +6,7 @@ use super::draw::Draw;
 use crate::op::{Form, ShapePlan};
 
 impl Draw {
-    /// A convex shape, and the radius of a ball about its origin that holds it [m].
+    /// A random convex shape, and the radius of a ball about its origin that contains it [m].
     pub(super) fn convex(&mut self) -> (Form, f32) {
         let [a, b, c] = [self.length(), self.length(), self.length()];
         match self.rng.weighted(&[2.0, 1.5, 3.0, 1.0, 1.0, 1.5]) {
@@ -36,14 +36,14 @@ impl Draw {
         };
         let mut points: Vec<Vec3> = (0..count).map(&mut point).collect();
         if self.rng.chance(0.1) {
-            // Points that double, and points on a line with others: what exporters write.
+            // Duplicate and collinear points, as exporters write them.
             let (first, second) = (points[0], points[1]);
             points.extend([first, (first + second) * 0.5]);
         }
         (Form::Hull(points), 1.8 * size)
     }
 
-    /// Ground: points of a grid with a bump here and there.
+    /// A ground: points of a grid with some bumps.
     pub(super) fn terrain(&mut self) -> Form {
         let n = self.rng.from_to(1, 5);
         let side = 4.0 * self.size.max(0.5);
@@ -67,7 +67,7 @@ impl Draw {
         Form::Mesh(points, triangles)
     }
 
-    /// A form with its surface and all else.
+    /// A shape from a form, with a random surface and other properties.
     pub(super) fn shape_of(&mut self, form: Form) -> ShapePlan {
         let mut def = ShapeDef::sphere(1.0);
         def.material = self.material();
@@ -93,7 +93,7 @@ impl Draw {
         ShapePlan { label: self.label(), form, def }
     }
 
-    /// Shapes of a body, with the radius of a ball about its origin.
+    /// Random shapes of a body, and the radius of a ball about its origin.
     pub(super) fn shapes(&mut self) -> (Vec<ShapePlan>, f32) {
         let count = if self.rng.chance(0.8) { 1 } else { self.rng.from_to(2, 4) };
         let mut shapes = Vec::new();

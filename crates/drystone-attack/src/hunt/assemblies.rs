@@ -1,4 +1,4 @@
-//! Scenes with joints, and with what moves by itself.
+//! Scenes with joints, and with driven or carried bodies.
 
 use core::f32::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use crate::op::{BodyCall, JointPlan, Label, Op, Place};
 /// Size of the smallest assembly [m]: its parts are a twentieth as thick, and none is below 1 mm.
 const LEAST: f32 = 0.02;
 
-/// A body that joints are put on.
+/// A body with joints.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     label: Label,
@@ -22,7 +22,7 @@ struct Part {
 }
 
 impl Part {
-    /// A point of the world in its frame.
+    /// A point of the world in the body's frame.
     fn local(&self, p: Vec3) -> Vec3 {
         self.rotation.unrotate(p - self.position)
     }
@@ -34,7 +34,7 @@ impl Draw {
         Part { label: self.body(solid, def), position, rotation: solid.rotation }
     }
 
-    /// A body that stays, of no shape.
+    /// Adds a fixed body without a shape.
     fn holder(&mut self, position: Vec3) -> Part {
         let none = Solid { parts: Vec::new(), rotation: Quat::IDENTITY };
         let label = self.body(&none, BodyDef { position, ..BodyDef::fixed() });
@@ -64,7 +64,7 @@ impl Draw {
         self.join([a.label, b.label], Place::Along(at, axis), axes.into());
     }
 
-    /// The mass of a body as large as things are here [kg].
+    /// The mass of a body of typical size [kg].
     fn mass(&self) -> f32 {
         300.0 * self.size * self.size * self.size
     }
@@ -77,7 +77,7 @@ impl Draw {
         match self.rng.below(4) {
             0 | 1 => self.table(),
             2 => {
-                // Its brakes are on.
+                // A motor brakes its wheels.
                 let brake = JointDrive::motor(0.0, 100.0 * self.mass() * self.gravity * self.size);
                 self.car(JointAxis::driven(brake));
             }
@@ -86,7 +86,7 @@ impl Draw {
         self.run_to_rest();
     }
 
-    /// A top on legs that are fixed to it.
+    /// Adds a table top with legs that are fixed to it.
     fn table(&mut self) {
         let s = self.size;
         let legs = self.rng.pick(&[1_u8, 3, 4, 4]);
@@ -110,7 +110,7 @@ impl Draw {
         }
     }
 
-    /// A chassis on four wheels.
+    /// Adds a chassis on four wheels.
     fn car(&mut self, spin: JointAxis) {
         let s = self.size;
         let mass = self.mass();
@@ -141,7 +141,7 @@ impl Draw {
         }
     }
 
-    /// A plate that swings on a hinge, and stops at its limit.
+    /// Adds a plate that swings on a hinge, and stops at its limit.
     fn door(&mut self) {
         let s = self.size;
         let holder = self.holder(vec3(0.0, 1.2 * s, 0.0));
@@ -203,7 +203,7 @@ impl Draw {
         let slow_or_fast = self.rng.scale(0.004, 8.0);
         match self.rng.below(3) {
             0 => {
-                // A disc on an axle that stands upright or lies.
+                // A disc on an axle that is vertical or horizontal.
                 let holder = self.holder(vec3(0.0, 2.0 * s, 0.0));
                 let axis = self.rng.pick(&[Vec3::Y, Vec3::X]);
                 let disc =
@@ -225,7 +225,7 @@ impl Draw {
                 self.six(holder, slide, holder.position, axis, Slider::of(motor).six_dof());
             }
             _ => {
-                // A car that drives.
+                // A driven car.
                 self.floor(60.0 * s);
                 let torque = 0.1 * self.mass() * self.gravity * s;
                 self.car(JointAxis::driven(JointDrive::motor(-slow_or_fast.min(4.0), torque)));
@@ -277,7 +277,7 @@ impl Draw {
         self.material.restitution = 0.0;
         self.material.friction = self.material.friction.max(0.6);
         let s = self.size;
-        // From a hundredth of the speed of a fall to all of it.
+        // From a hundredth of the falling speed up to all of it.
         let v = self.speed() * self.rng.scale(0.005, 1.0);
         let h = Vec3::splat(0.3 * s);
         let load = self.block(h);
@@ -286,7 +286,7 @@ impl Draw {
         let up = vec3(0.1 * s, h.y, 0.2 * s);
         match self.rng.below(6) {
             0 => {
-                // Down, it is never faster than what falls on it.
+                // A descending lift must never be faster than a body that falls on it.
                 let lift = vec3(0.0, if self.rng.chance(0.5) { v } else { -v }, 0.0);
                 self.carrier(&plate, under, lift, Vec3::ZERO);
                 self.put(&load, up);
@@ -296,7 +296,8 @@ impl Draw {
                 self.put(&load, up);
             }
             2 => {
-                // What is a third of it from the middle must be held by a half of the friction.
+                // Half of the friction must hold a body at this distance from the middle, a third
+                // of the plate's half width.
                 let most = (0.5 * self.material.friction * self.gravity / s).sqrt();
                 let w = vec3(0.0, (v / s).min(most), 0.0);
                 self.carrier(&plate, under, Vec3::ZERO, w);
@@ -319,7 +320,7 @@ impl Draw {
                 self.put(&load, up);
             }
             _ => {
-                // A crane: a holder that moves, and what hangs from it.
+                // A crane: a moving holder with a suspended load.
                 let none = Solid { parts: Vec::new(), rotation: Quat::IDENTITY };
                 let position = vec3(0.0, 3.0 * s, 0.0);
                 let is_put = self.rng.chance(0.3);

@@ -1,4 +1,4 @@
-//! A world in the making: its scale, and bodies of every shape.
+//! A world under construction: its scale, and bodies of every shape.
 
 use core::f32::consts::FRAC_PI_2;
 
@@ -11,11 +11,11 @@ use crate::apply;
 use crate::op::{BodyPlan, Form, Label, Op, Program, ShapePlan, Style};
 use crate::rng::{Rng, mix};
 
-/// A shape, or several, of a body.
+/// One or several shapes of a body.
 #[derive(Clone, Debug)]
 pub(super) struct Solid {
     pub(super) parts: Vec<(Form, Pose)>,
-    /// How it is turned.
+    /// Rotation of the body.
     pub(super) rotation: Quat,
 }
 
@@ -28,7 +28,7 @@ impl Solid {
         Self { rotation, ..self }
     }
 
-    /// How far it reaches from its origin along a direction of the world [m].
+    /// Maximum extent from its origin along a direction of the world [m].
     pub(super) fn reach(&self, along: Vec3) -> f32 {
         let reach = |(form, pose): &(Form, Pose)| {
             let shape = apply::shape(form).unwrap_or(Shape::sphere(1.0));
@@ -38,21 +38,21 @@ impl Solid {
         self.parts.iter().map(reach).fold(f32::MIN, f32::max)
     }
 
-    /// How far it is from its origin to its lowest point [m].
+    /// Depth of its lowest point below its origin [m].
     pub(super) fn depth(&self) -> f32 {
         self.reach(-Vec3::Y)
     }
 }
 
-/// A world in the making.
+/// A world under construction.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     pub(super) rng: Rng,
     pub(super) ops: Vec<Op>,
     pub(super) config: WorldConfig,
-    /// Length of most things [m].
+    /// Typical length [m].
     pub(super) size: f32,
-    /// Acceleration downward [m/s²]; above 0.
+    /// Acceleration downward [m/s²]; positive.
     pub(super) gravity: f32,
     /// Length of steps [s].
     pub(super) dt: f32,
@@ -72,7 +72,7 @@ impl Draw {
         let hertz = rng.pick(&[30.0_f32, 60.0, 60.0, 60.0, 120.0, 240.0]);
         let dt = 1.0 / hertz;
         let gravity = if rng.chance(0.6) { 9.81 } else { rng.scale(0.01, 1000.0) };
-        // A step in which things fall by some of their own lengths shows nothing of what they do.
+        // Steps in which bodies fall by several of their own lengths would reveal nothing.
         let gravity = gravity.min(2.0 * size / (dt * dt));
         let restitution = if rng.chance(0.75) { 0.0 } else { rng.between(0.2, 0.8) };
         let friction = rng.pick(&[0.0, 0.3, 0.6, 0.6, 0.6, 1.0]);
@@ -97,12 +97,12 @@ impl Draw {
         Program { style: Style::Ordinary, config: self.config, ops: self.ops }
     }
 
-    /// The time in which things fall by their own length, about [s].
+    /// Approximate time of a fall by a body's own length [s].
     pub(super) fn time(&self) -> f32 {
         (self.size / self.gravity).sqrt()
     }
 
-    /// The speed that they have then, about [m/s].
+    /// Approximate speed after such a fall [m/s].
     pub(super) fn speed(&self) -> f32 {
         (self.size * self.gravity).sqrt()
     }
@@ -112,7 +112,7 @@ impl Draw {
         self.next
     }
 
-    /// A floor of any kind that reaches so far [m].
+    /// Adds a floor of any kind with this half length [m].
     pub(super) fn floor(&mut self, half: f32) -> Floor {
         let floor = self.rng.pick(&Floor::WHOLE);
         self.floor_of(floor, half);
@@ -150,7 +150,7 @@ impl Draw {
         self.body(solid, BodyDef { angular_velocity: w, ..def })
     }
 
-    /// Three half extents: about equal, one long, or one short; none below half a millimeter.
+    /// Random half extents: about equal, one long, or one short; none below half a millimeter.
     pub(super) fn proportions(&mut self) -> Vec3 {
         const LEAST: f32 = 0.5e-3;
         let s = 0.5 * self.size;
@@ -166,7 +166,7 @@ impl Draw {
         h.max(Vec3::splat(LEAST))
     }
 
-    /// A body of any shape, its longest way along x, its shortest along y or z.
+    /// A body of any shape; its longest axis is x, its shortest y or z.
     pub(super) fn solid(&mut self) -> Solid {
         let h = self.proportions();
         let along_x = Quat::from_axis_angle(Vec3::Z, -FRAC_PI_2);
@@ -177,7 +177,7 @@ impl Draw {
                 let r = h.y.min(h.x);
                 Solid::of(Shape::capsule((h.x - r).max(0.0), r)).turned(along_x)
             }
-            // A rod lies, a coin too: on its side or on its face.
+            // A rod lies on its side; a coin lies on its side or on its face.
             3 if h.x > 2.0 * h.z => Solid::of(Shape::cylinder(h.x, h.y)).turned(along_x),
             3 => Solid::of(Shape::cylinder(h.y, h.x)),
             4 => Solid::of(Shape::cone(h.y.max(0.2 * h.x), h.x)),
@@ -192,7 +192,7 @@ impl Draw {
         let points = (0..count).map(|_| h.mul_each(self.rng.direction())).collect();
         let parts = vec![(Form::Hull(points), Pose::IDENTITY)];
         let solid = Solid { parts, rotation: Quat::IDENTITY };
-        // Corners that all lie on one side make a thin thing, or none.
+        // Corners that all lie on one side make a very thin hull, or none.
         let is_sound = solid.parts.iter().all(|(form, _)| {
             apply::shape(form)
                 .and_then(|shape| super::measures::measures(&shape))
@@ -220,7 +220,7 @@ impl Draw {
         Solid { parts, rotation: Quat::IDENTITY }
     }
 
-    /// A block that stands by itself, of these half extents: a box, a cylinder or a prism.
+    /// A block of these half extents that stands by itself: a box, a cylinder or a prism.
     pub(super) fn block(&mut self, h: Vec3) -> Solid {
         match self.rng.weighted(&[4.0, 1.0, 1.0]) {
             0 => Solid::of(Shape::box_half(h)),
@@ -243,9 +243,9 @@ impl Draw {
         }
     }
 
-    /// So many seconds, of steps of one length or, in a world of changing time, of several.
+    /// Adds steps for this time, of one length or, in a world with varying steps, of several.
     pub(super) fn run(&mut self, seconds: f32) {
-        /// Steps of one world; beyond that it takes too long.
+        /// Maximum number of steps of one world; more would take too long.
         const MOST: f32 = 6000.0;
         let steps = (seconds / self.dt).clamp(30.0, MOST);
         if !self.is_still_time && self.rng.chance(0.15) {
@@ -265,7 +265,7 @@ impl Draw {
         self.ops.push(Op::Step(dt, count as u32));
     }
 
-    /// Until all that can come to rest has.
+    /// Adds steps until everything that can come to rest has done so.
     pub(super) fn run_to_rest(&mut self) {
         let seconds = (60.0 * self.time()).max(60.0);
         self.run(seconds);

@@ -1,4 +1,4 @@
-//! Energy and momentum: what nothing puts in cannot come out.
+//! Energy and momentum must not increase without a source.
 
 use std::collections::VecDeque;
 
@@ -7,45 +7,47 @@ use drystone::{JointKind, Vec3};
 use super::moment::{Look, Touch};
 use crate::finding::{Findings, Kind};
 
-/// The part of the energy of the last second that rounding and the error of an integrator may add at once, and in a
-/// second [1/s]. What users would notice begins at some percent.
+/// Gain that rounding and integration errors may add: as a fraction of the last second's energy,
+/// and per second [1/s]. Users would notice some percent.
 const PART: f64 = 0.03;
 const PART_RATE: f64 = 5.0e-4;
 
-/// Substeps of a step of the default method. What bounces does so within one of them, in which gravity acts too.
+/// Number of substeps of the default method. A bounce happens within one substep, in which gravity
+/// acts too.
 const SUBSTEPS: f64 = 8.0;
 
-/// For how long the energy of a motion counts [s].
+/// Time for which the energy of a motion counts [s].
 const MEMORY: f64 = 1.0;
 
-/// For how many steps a soft contact or joint keeps what it got: contacts are overdamped, with a time of
-/// 2ζ/ω = 16/(2π 54 Hz) at 60 Hz, three steps; joints are harder.
+/// Number of steps for which a soft contact or joint stores energy. Contacts are overdamped, with a
+/// time constant of 2ζ/ω = 16/(2π 54 Hz) at 60 Hz, three steps; joints are stiffer.
 const GIVE: usize = 4;
 
-/// Documented: overlaps are pushed out at this speed [m/s], and in proportion to the depth [1/s].
+/// Documented speed at which overlaps are pushed out [m/s], and its growth with depth [1/s].
 const PUSH: f32 = 0.25;
 const PUSH_RATE: f32 = 6.0;
 
-/// Books of energy over a run.
+/// The energy balance of a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Conservation {
-    /// Highest sum of what was lost so far, and what counted then [J].
+    /// Maximum loss so far, and the reference energy at that time [J].
     lost: Option<f64>,
-    /// The same of the last steps.
+    /// Losses of the last steps.
     recent: VecDeque<f64>,
     kinetic: f64,
     scale: f64,
-    /// What drives may have given [J].
+    /// Maximum work of drives so far [J].
     driven: f64,
-    /// Energy of contacts and joints that give way: load × way, the most in the last second [J].
+    /// Energy of compliant contacts and joints: load × displacement, the maximum of the last second
+    /// [J].
     sag: f64,
     overlapped: f64,
     momentum: Option<(Vec3, Vec3)>,
-    /// The greatest turn of a body in a step so far [rad].
+    /// Maximum rotation of a body in a step so far [rad].
     turn: f32,
     highest: f32,
     fastest: f32,
-    /// The greatest gain over its tolerance.
+    /// Maximum gain relative to its tolerance.
     pub(super) worst: f64,
 }
 
@@ -74,21 +76,21 @@ impl Conservation {
             count += 1.0;
             bounce += mass * v * gravity * f64::from(look.dt) / SUBSTEPS;
         }
-        // What a contact or joint that gives way by this much keeps, and gives back, one on top of the other: at most
-        // the weight of all, over these ways. Contacts hold what they carry a rest offset apart.
+        // Energy that compliant contacts or joints on top of each other store and return: at most
+        // the total weight times these displacements. Contacts keep bodies a rest offset apart.
         let offset = f64::from(look.world.config().contact.rest_offset);
         let own = f64::from(audit.penetration.max) + f64::from(audit.joints.linear) + offset;
         let way = own * count + 1.0e-4 * length(look);
         self.sag = (self.sag * fade).max(weight * way + 2.0 * bounce);
         self.kinetic = (self.kinetic * fade).max(audit.energy.kinetic());
         if look.step == 1 || look.quiet < 1.5 * look.dt {
-            // What came between steps may have come into something.
+            // A change between steps may have made bodies overlap.
             self.overlapped = self.overlapped.max(pushed_out(look));
         }
         if look.facts.has_drives {
             self.driven += drive_work(look);
         }
-        // What goes into a soft contact or joint in a blow, and comes back, is not from nothing.
+        // A soft contact or joint stores energy in an impact and returns it; that is not a gain.
         let lost = ledger.dissipated + self.driven;
         if self.lost.is_none() {
             self.kinetic = self.kinetic.max(ledger.start.kinetic());
@@ -97,7 +99,7 @@ impl Conservation {
         if self.recent.len() > GIVE {
             self.recent.pop_front();
         }
-        // Lost is what stayed away for so long.
+        // Energy counts as lost only if it stayed away for that many steps.
         let stayed = self.recent.iter().copied().fold(f64::INFINITY, f64::min);
         if self.lost.is_none_or(|most| stayed >= most) {
             (self.lost, self.scale) = (Some(stayed), self.kinetic);
@@ -118,7 +120,8 @@ impl Conservation {
         }
     }
 
-    /// Where carriers and belts move: nothing becomes faster than by a bounce off one of them, and a fall.
+    /// Bound for worlds with moving carriers and belts: a body's speed is at most that of a bounce
+    /// off a carrier plus a fall.
     fn bound(&mut self, look: &Look<'_>, findings: &mut Findings) {
         let mut carrier = look.facts.bodies.values().map(|b| b.belt).fold(0.0, f32::max);
         for body in look.before.bodies.values().filter(|b| !b.is_dynamic()) {
@@ -139,7 +142,7 @@ impl Conservation {
         let most = 2.0 * self.fastest + (start * start + fall).sqrt();
         for (_, body) in look.now.dynamic() {
             let slack = 0.15 * look.fall_speed(body) + 0.02 * most;
-            // A body on a joint swings as a pendulum does: twice the speed of its holder.
+            // A body on a joint swings like a pendulum, at up to twice the speed of its holder.
             if body.v.length() > 1.5 * most + slack {
                 let detail = format!("{} m/s, at most {most} m/s", body.v.length());
                 findings.add(Kind::Energy, "faster than what carries it", detail, look.step);
@@ -161,7 +164,7 @@ impl Conservation {
             let spin = look.world.body(id).map_or(0.0, |b| b.inertia().mul(body.w).length());
             turning += body.mass * body.v.length() * arm + spin;
         }
-        // Rounding: half a unit in the last place a substep, 8 a step.
+        // Rounding: half a unit in the last place per substep, 8 substeps per step.
         #[expect(clippy::cast_precision_loss, reason = "some thousands")]
         let rounding = 8.0 * look.step as f32 * f32::EPSILON;
         let off = (linear - p).length();
@@ -169,8 +172,9 @@ impl Conservation {
             let detail = format!("{off:.3e} of {sum:.3e} kg m/s");
             findings.add(Kind::Momentum, "linear momentum from nothing", detail, look.step);
         }
-        // A contact acts on both bodies at one point but for its overlap: a hundredth. Its lever is that of the begin of
-        // the step: of a body that turns by θ in it, it is off by θ²/2.
+        // A contact acts on both bodies at one point, except for its overlap: a hundredth. Its
+        // lever arm is that of the beginning of the step; for a body that rotates by θ in the step,
+        // the error is θ²/2.
         let turn = look.before.dynamic().map(|(_, b)| b.w.length() * look.dt).fold(0.0, f32::max);
         self.turn = self.turn.max(turn);
         let off = (angular - l).length();
@@ -182,12 +186,12 @@ impl Conservation {
     }
 }
 
-/// Half of the length of the smallest body [m].
+/// Half the length of the smallest body [m].
 fn length(look: &Look<'_>) -> f64 {
     look.now.dynamic().map(|(_, b)| f64::from(b.large)).fold(f64::INFINITY, f64::min).min(1.0e6)
 }
 
-/// What bodies that are made within each other get by the documented speeds of pushing out [J].
+/// Kinetic energy of overlapping bodies from the documented push-out speeds [J].
 fn pushed_out(look: &Look<'_>) -> f64 {
     let depth = look.now.touches.iter().map(Touch::depth).fold(0.0, f32::max);
     if !look.now.dynamic().any(|(_, b)| depth > 0.02 * b.thin) {
@@ -197,7 +201,7 @@ fn pushed_out(look: &Look<'_>) -> f64 {
     look.now.dynamic().map(|(_, b)| 0.5 * f64::from(b.mass) * speed * speed).sum()
 }
 
-/// The most that drives can have given in a step: their greatest force over the way of their axis [J].
+/// Maximum work of drives in a step: maximum force times displacement of the axis [J].
 fn drive_work(look: &Look<'_>) -> f64 {
     let mut work = 0.0;
     for joint in look.world.joints() {
@@ -212,7 +216,8 @@ fn drive_work(look: &Look<'_>) -> f64 {
         let dt = f64::from(look.dt);
         for (axes, rate) in [(&axes.linear, moving), (&axes.angular, turning)] {
             for drive in axes.iter().filter_map(|axis| axis.drive) {
-                // Of both ends of the step the faster one; a spring without a target speed is in the energy.
+                // The faster speed of both ends of the step. The energy already includes springs
+                // without a target speed.
                 let rate = f64::from(rate.max(drive.velocity.abs()));
                 if drive.velocity != 0.0 {
                     work += f64::from(drive.max_force) * rate * dt;

@@ -1,4 +1,4 @@
-//! Events: each landing is told, and each passage of a sensor.
+//! Events: every landing and every crossing of a sensor must be reported.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,13 +9,13 @@ use super::moment::{Body, Look};
 use crate::finding::{Findings, Kind};
 use crate::oracle::Pairs;
 
-/// A landing is told within so many steps of it: what brakes a body may take two.
+/// Number of steps within which a landing must be reported: braking a body may take two steps.
 const NEAR: u32 = 3;
 
-/// Over the speed from which hits are told on: what is near it may be told or not.
+/// Factor on the speed above which hits are reported; slower landings may go unreported.
 const OVER: f32 = 1.5;
 
-/// A landing that no event has told of so far.
+/// A landing without an event so far.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     bodies: [BodyId; 2],
@@ -53,7 +53,7 @@ impl Told {
         self.cross_sensors(look, findings);
     }
 
-    /// Bodies that touch one other only, came toward it, and do no longer.
+    /// Finds pairs of bodies that touch only each other, approached, and stopped approaching.
     fn find_landings(&mut self, look: &Look<'_>) {
         let speed = OVER * look.world.config().contact.hit_speed;
         let mut partners: BTreeMap<BodyId, BTreeSet<BodyId>> = BTreeMap::new();
@@ -75,7 +75,8 @@ impl Told {
             if !alone(a, &now.0) || !alone(b, &now.1) {
                 continue;
             }
-            // The whole touch: a corner of a body that turns comes and goes by itself.
+            // The whole touch counts, because a single corner of a rotating body approaches and
+            // recedes anyway.
             let close = |(a, b): (Body, Body)| {
                 let of = |p: &super::moment::Point| {
                     (a.velocity_at(p.at) - b.velocity_at(p.at)).dot(touch.normal)
@@ -107,7 +108,7 @@ impl Told {
         });
     }
 
-    /// A body whose middle passes a sensor within a step must have entered it.
+    /// A body whose middle crosses a sensor within a step must have entered it.
     fn cross_sensors(&mut self, look: &Look<'_>, findings: &mut Findings) {
         for holder in look.world.bodies() {
             for sensor in holder.shapes() {
@@ -160,7 +161,7 @@ impl Told {
         }
     }
 
-    /// What a sensor holds in the end must be near it.
+    /// Bodies inside a sensor at the end must be near it.
     pub(super) fn end(&self, look: &Look<'_>, findings: &mut Findings) {
         for (sensor, visitor) in &self.inside {
             let (Some(a), Some(b)) = (look.world.shape(*sensor), look.world.shape(*visitor)) else {

@@ -1,4 +1,4 @@
-//! What a program promises, read from its operations alone.
+//! Properties that a program guarantees, derived from its operations alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use super::measures::{Measures, measures, support};
 use crate::apply;
 use crate::op::{BodyCall, BodyPlan, JointPlan, Label, Op, Program};
 
-/// A body as it was made.
+/// A body in its initial state.
 #[derive(Clone, Debug)]
 pub(super) struct Made {
     pub(super) kind: BodyKind,
@@ -18,22 +18,22 @@ pub(super) struct Made {
     pub(super) rotation: Quat,
     pub(super) linear_velocity: Vec3,
     pub(super) angular_velocity: Vec3,
-    /// Its shapes stand as they were drawn, but for a turn about the vertical.
+    /// Its shapes are upright as drawn, except for a rotation about the vertical.
     pub(super) is_upright: bool,
-    /// Of a body of one convex shape.
+    /// Measures of its shape, if that is a single convex one.
     pub(super) single: Option<Measures>,
-    /// Half of the greatest length of any of its shapes, and half of the least [m].
+    /// Half the maximum length and half the minimum thickness of its shapes [m].
     pub(super) large: f32,
     pub(super) thin: f32,
-    /// From its origin to its highest and lowest points [m].
+    /// Distances from its origin to its highest and lowest points [m].
     pub(super) up: f32,
     pub(super) down: f32,
-    /// It can roll, and nothing resists.
+    /// It can roll without resistance.
     pub(super) rolls: bool,
     pub(super) belt: f32,
 }
 
-/// What a program promises.
+/// Properties that a program guarantees.
 #[derive(Clone, Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(super) struct Facts {
@@ -44,18 +44,18 @@ pub(super) struct Facts {
     pub(super) has_drives: bool,
     pub(super) has_carriers: bool,
     pub(super) has_belts: bool,
-    /// Bodies are pushed or moved, come or go after the first step.
+    /// Bodies are pushed, moved, added or removed after the first step.
     pub(super) has_calls: bool,
     pub(super) has_fixed: bool,
     pub(super) restitution: f32,
     pub(super) least_friction: f32,
     pub(super) most_friction: f32,
-    /// Bodies on joints.
+    /// Bodies with joints.
     pub(super) jointed: BTreeSet<Label>,
     pub(super) pairs: BTreeSet<(Label, Label)>,
-    /// Some joint holds to what does not move by forces, or is sprung.
+    /// Some joint connects to a static or kinematic body, or has a spring.
     pub(super) hangs: bool,
-    /// A stack or several, from their start at rest: must stay.
+    /// One or several stacks that start at rest and must stay.
     pub(super) stands: bool,
     /// Blocks that fall upright onto each other or the floor.
     pub(super) lands_flat: bool,
@@ -63,11 +63,11 @@ pub(super) struct Facts {
     pub(super) glider: Option<Label>,
     /// The one body that slides with friction.
     pub(super) slider: Option<Label>,
-    /// Steps are all of one length [s].
+    /// The length of all steps, if equal [s].
     pub(super) even_dt: Option<f32>,
 }
 
-/// A turn by less than this leaves a block flat on the floor [of a unit vector].
+/// Maximum tilt of a block that lies flat on the floor [component of a unit vector].
 const UPRIGHT: f32 = 1.0e-5;
 
 impl Facts {
@@ -180,20 +180,20 @@ impl Facts {
         made.kind == BodyKind::Dynamic
     }
 
-    /// Bodies that are not of the floor and that forces move.
+    /// Bodies that forces move and that do not belong to the floor.
     pub(super) fn movers(&self) -> impl Iterator<Item = (Label, &Made)> {
         let all =
             self.bodies.iter().filter(|(l, made)| **l >= FIRST_BODY && Self::is_dynamic(made));
         all.map(|(label, made)| (*label, made))
     }
 
-    /// Nothing puts energy in but gravity, calls, and springs whose energy is counted.
+    /// The only sources of energy are gravity, calls, and springs with counted energy.
     pub(super) fn is_closed(&self) -> bool {
         !self.has_carriers && !self.has_belts
     }
 
-    /// All of it must come to rest in the end: it lies on a floor with friction, nothing moves it and nothing swings
-    /// or rolls without resistance.
+    /// Everything must come to rest at the end: it lies on a floor with friction, nothing moves it,
+    /// and nothing swings or rolls without resistance.
     pub(super) fn must_rest(&self) -> bool {
         let is_driven = self.has_drives || self.has_carriers || self.has_belts;
         let rolls = self.movers().any(|(_, made)| made.rolls);
@@ -247,21 +247,21 @@ impl Facts {
 }
 
 impl Made {
-    /// Does not stand by itself: the floor touches it in less than a face.
+    /// Whether the body cannot stand, because it touches the floor in less than a face.
     fn rolls_over(&self) -> bool {
-        // A ball, a capsule, a cone on its tip: the highest and lowest points are of no face. Only what has a face
-        // all over its foot is drawn upright: boxes, cylinders, prisms.
+        // A ball, a capsule, a cone on its tip: the highest and lowest points belong to no face.
+        // Only shapes whose whole foot is a face are drawn upright: boxes, cylinders, prisms.
         self.single.is_none_or(|m| m.core.y < 0.99 * self.down && m.core.y > 0.0 && m.rolls)
     }
 }
 
-/// Motors, and servos whose place is not where they start; springs that hold are none.
+/// Whether a drive is a motor, with a target speed; holding springs are not.
 pub(super) fn is_motor(drive: &JointDrive) -> bool {
     drive.velocity.abs() > 0.0
 }
 
-/// The greatest gap under any block of columns in which each stands, or will, on the floor or with its middle well
-/// over one other; `None` if they are no columns.
+/// The maximum gap under any block, if the blocks form columns; otherwise `None`. In a column each
+/// block stands, or will stand, on the floor or with its middle well over one other block.
 fn columns(movers: &[(Label, Made)]) -> Option<f32> {
     let mut sorted: Vec<&Made> = movers.iter().map(|(_, m)| m).collect();
     sorted.sort_by(|a, b| a.position.y.total_cmp(&b.position.y));
@@ -277,7 +277,8 @@ fn columns(movers: &[(Label, Made)]) -> Option<f32> {
             if apart {
                 continue;
             }
-            // Within half of the lower one's foot, its width at least half of what is above.
+            // Within half of the lower block's foot, whose width is at least half of the upper
+            // block's.
             let holds = off.x.max(off.z) <= far.x.min(far.z)
                 && b.core.x.min(b.core.z) > 0.5 * a.core.x.max(a.core.z);
             if !holds {

@@ -1,10 +1,10 @@
-//! Floors of one surface, made of different things; all have their top at y = 0.
+//! Floors with the same surface but different construction; all have their top at y = 0.
 
 use drystone::{BodyDef, BodyKind, Material, Shape, ShapeDef, Vec3, vec3};
 
 use crate::op::{BodyPlan, Form, Label, Op, Program, ShapePlan};
 
-/// What a floor is made of.
+/// Construction of a floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Floor {
     /// One plane.
@@ -15,7 +15,8 @@ pub(super) enum Floor {
     Mesh,
     /// Two mesh bodies with a common edge at x = 0.
     Pieces,
-    /// One mesh whose halves meet at x = 0 with corners that are not the same: a rounding apart, and T-junctions.
+    /// One mesh whose halves meet at x = 0 with different corners: a rounding error apart, and
+    /// T-junctions.
     Cracked,
     /// Static boxes side by side.
     Tiles,
@@ -32,7 +33,7 @@ pub(super) enum Floor {
 }
 
 impl Floor {
-    /// Those that are one floor to whatever lies on them.
+    /// Constructions that act as one floor for bodies on it.
     pub(super) const WHOLE: [Self; 9] = [
         Self::HalfSpace,
         Self::Box,
@@ -45,20 +46,20 @@ impl Floor {
         Self::Raft,
     ];
 
-    /// Those of bodies that could move.
+    /// Constructions of bodies that could move.
     pub(super) const ROWS: [Self; 2] = [Self::Crates, Self::Row];
 }
 
 /// Bodies of a floor have labels below this.
 pub(super) const FIRST_BODY: Label = 100;
 
-/// Parts of a floor along x; even, so that there is a seam at x = 0.
+/// Number of parts of a floor along x; even, so that there is a seam at x = 0.
 const PARTS: u16 = 6;
 
-/// Half the length of a floor is kept with its bodies, in micrometers.
+/// The bodies of a floor store its half length, in micrometers.
 const MICRO: f32 = 1.0e-6;
 
-/// Half the length of the floor of a program [m]; `None` if it has none.
+/// Half length of the floor of a program [m]; `None` if it has none.
 pub(super) fn half_of(program: &Program) -> Option<f32> {
     let plan = program.ops.iter().find_map(|op| match op {
         Op::AddBody(plan) if plan.label < FIRST_BODY && plan.def.user_data > 0 => Some(plan),
@@ -68,7 +69,7 @@ pub(super) fn half_of(program: &Program) -> Option<f32> {
     Some(plan.def.user_data as f32 * MICRO)
 }
 
-/// The program with another floor in place of its own.
+/// The program with another floor.
 pub(super) fn with_floor(program: &Program, floor: Floor) -> Option<Program> {
     let half = half_of(program)?;
     let is_floor = |op: &Op| matches!(op, Op::AddBody(plan) if plan.label < FIRST_BODY);
@@ -81,9 +82,9 @@ pub(super) fn with_floor(program: &Program, floor: Floor) -> Option<Program> {
     Some(Program { ops, ..program.clone() })
 }
 
-/// Makes a floor that reaches so far along x and z [m].
+/// Operations for a floor with this half length along x and z [m].
 pub(super) fn floor_ops(floor: Floor, half: f32, material: Material) -> Vec<Op> {
-    // As thick as it is wide within a part: no thinner than what lies on it.
+    // About as thick as a part is wide: no thinner than the bodies on it.
     let thick = 0.25 * half;
     let mut bodies = Bodies { half, material, ops: Vec::new() };
     let plane = |offset: f32| Form::Plain(Shape::half_space(Vec3::Y, offset));
@@ -105,7 +106,7 @@ pub(super) fn floor_ops(floor: Floor, half: f32, material: Material) -> Vec<Op> 
             }
         }
         Floor::Cracked => {
-            // The least step of a float at the size of the floor.
+            // The distance between adjacent f32 values at the size of the floor.
             let gap = half * f32::EPSILON;
             let left = vec![-half, -0.5 * half, 0.0];
             let right = vec![gap, half];
@@ -146,7 +147,7 @@ pub(super) fn floor_ops(floor: Floor, half: f32, material: Material) -> Vec<Op> 
     bodies.ops
 }
 
-/// Where a part begins.
+/// Position where a part begins.
 fn at(half: f32, i: u16) -> f32 {
     half * (2.0 * f32::from(i) / f32::from(PARTS) - 1.0)
 }
@@ -169,8 +170,8 @@ impl Bodies {
     }
 }
 
-/// Flat triangles over strips of these x and of so many cells along z, one strip more often divided than the one
-/// before.
+/// Flat triangles over strips with these x coordinates. The first strip has this number of cells
+/// along z, the others one.
 fn grid(strips: &[Vec<f32>], half: f32, cells: u16) -> Form {
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for (number, xs) in strips.iter().enumerate() {

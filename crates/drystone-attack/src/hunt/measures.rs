@@ -1,4 +1,4 @@
-//! Lengths of shapes that oracles measure with.
+//! Lengths of shapes, for the oracles.
 
 use drystone::{Shape, Vec3, vec3};
 
@@ -9,19 +9,19 @@ pub(super) struct Measures {
     pub(super) middle: Vec3,
     /// Half extents of a box about the middle that lies inside [m].
     pub(super) core: Vec3,
-    /// Half of the least thickness [m].
+    /// Half the minimum thickness [m].
     pub(super) thin: f32,
-    /// Half of the greatest length [m].
+    /// Half the maximum length [m].
     pub(super) large: f32,
     /// It can roll.
     pub(super) rolls: bool,
 }
 
-/// 1/√3 and 1/√2: of a ball and a disc to the box inside.
+/// 1/√3 and 1/√2: half extents of the box inside a unit ball and a unit disc.
 const BALL: f32 = 0.577;
 const DISC: f32 = 0.707;
 
-/// Of a convex shape; none of a plane or a mesh.
+/// Measures of a convex shape; `None` for a plane or a mesh.
 pub(super) fn measures(shape: &Shape) -> Option<Measures> {
     let of = |core: Vec3, thin: f32, large: f32, rolls: bool| {
         Some(Measures { middle: Vec3::ZERO, core, thin, large, rolls })
@@ -39,7 +39,8 @@ pub(super) fn measures(shape: &Shape) -> Option<Measures> {
         Shape::Cone { half_height: h, radius_bottom, radius_top } => {
             let r = 0.5 * (radius_bottom + radius_top);
             let large = h.max(*radius_bottom).max(*radius_top);
-            // At half height the section is of the mean radius: a box of half of that, and of half the height.
+            // At half height the section has the mean radius; the box fits in half that radius, and
+            // has half the height.
             of(vec3(0.35 * r, 0.5 * h, 0.35 * r), h.min(r), large, true)
         }
         Shape::Hull(hull) => {
@@ -56,7 +57,7 @@ pub(super) fn measures(shape: &Shape) -> Option<Measures> {
     }
 }
 
-/// How far a convex shape reaches along a unit vector of its frame [m].
+/// Maximum extent of a convex shape along a unit vector of its frame [m].
 pub(super) fn support(shape: &Shape, d: Vec3) -> f32 {
     let across = (1.0 - d.y * d.y).max(0.0).sqrt();
     match shape {
@@ -72,7 +73,7 @@ pub(super) fn support(shape: &Shape, d: Vec3) -> f32 {
     }
 }
 
-/// Whether the way from `a` to `b` comes into the box of these half extents about the origin.
+/// Whether the segment from `a` to `b` enters the box of these half extents about the origin.
 pub(super) fn meets_box(a: Vec3, b: Vec3, half: Vec3) -> bool {
     let (mut from, mut to) = (0.0_f32, 1.0_f32);
     for ((a, b), half) in a.to_array().into_iter().zip(b.to_array()).zip(half.to_array()) {

@@ -1,8 +1,9 @@
-//! The hunt: small worlds from a grammar, held against what is true of any physics. `docs/hunt.md` of the repository
-//! says how it is used.
+//! The hunt: small worlds from a grammar, checked against general laws of physics. `docs/hunt.md`
+//! of the repository describes its use.
 //!
-//! A world is a [`Program`], as those of the attack are. What it promises (that it must come to rest, that a stack stands)
-//! is read from the program itself, never from the generator: a program that was shrunk promises what it then is.
+//! A world is a [`Program`], as in the attack. Its guarantees (that it must come to rest, that a
+//! stack stands) are derived from the program itself, never from the generator. A shrunk program
+//! therefore has the guarantees of its new form.
 
 mod assemblies;
 mod draw;
@@ -28,22 +29,22 @@ use crate::unit::Unit;
 pub use self::search::{findings_of, minimize};
 pub use self::source::test;
 
-/// What a world of the hunt is about.
+/// Topic of a world of the hunt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Scene {
     /// Bodies thrown over a floor.
     Throws,
     /// Bodies that spin on a floor.
     Spins,
-    /// Bodies let fall.
+    /// Bodies that fall.
     Drops,
     /// Bodies on top of each other.
     Stacks,
-    /// A body that slides.
+    /// A sliding body.
     Slides,
-    /// A body that slides over bodies side by side.
+    /// A body that slides over bodies placed side by side.
     Rows,
-    /// Tables, vehicles and doors that nothing drives.
+    /// Undriven tables, vehicles and doors.
     Assemblies,
     /// Figures with limbs.
     Ragdolls,
@@ -51,11 +52,11 @@ pub enum Scene {
     Motors,
     /// Chains with a weight.
     Chains,
-    /// Bodies that sleep, and then something happens.
+    /// Bodies that fall asleep before an event.
     Sleepers,
     /// Lifts, turntables, doors and belts.
     Carriers,
-    /// Small fast bodies and what they are shot at.
+    /// Small fast bodies and their targets.
     Shots,
     /// Bodies that pass sensors.
     Gates,
@@ -66,7 +67,7 @@ pub enum Scene {
 }
 
 impl Scene {
-    /// All of them.
+    /// All scenes.
     pub const ALL: [Self; 16] = [
         Self::Throws,
         Self::Spins,
@@ -135,7 +136,7 @@ pub fn program(scene: Scene, seed: u64) -> Program {
     d.finish()
 }
 
-/// One world and its twins.
+/// Runs one world and its twins.
 #[must_use]
 pub fn run_unit(scene: Scene, seed: u64) -> Unit {
     let program = match crate::run::guarded(|| program(scene, seed)) {
@@ -159,7 +160,7 @@ pub fn run_unit(scene: Scene, seed: u64) -> Unit {
     unit
 }
 
-/// Writes the way of all bodies of a world, and what it comes to: `say` is told a line at a time.
+/// Writes the motion of all bodies of a world and its findings; `say` receives one line at a time.
 pub fn trace(scene: Scene, seed: u64, say: fn(&str)) {
     let program = program(scene, seed);
     say(&format!("{:?}", program.config.gravity));

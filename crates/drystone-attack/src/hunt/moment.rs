@@ -1,4 +1,4 @@
-//! A world at the end of a step, as oracles look at it: what was before is needed to judge what is.
+//! The state of a world after a step, for the oracles, which also need the previous state.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use super::facts::Facts;
 use crate::apply::Ids;
 use crate::op::Label;
 
-/// A body at a moment.
+/// State of a body after a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Body {
-    /// How it is called in the program.
+    /// Its label in the program.
     pub(super) label: Label,
     pub(super) kind: BodyKind,
     pub(super) pose: Pose,
@@ -20,7 +20,7 @@ pub(super) struct Body {
     pub(super) w: Vec3,
     pub(super) mass: f32,
     pub(super) is_asleep: bool,
-    /// Half of its least thickness and of its greatest length [m]; of a floor without end infinite.
+    /// Half its minimum thickness and half its maximum length [m]; infinite for an infinite floor.
     pub(super) thin: f32,
     pub(super) large: f32,
 }
@@ -30,7 +30,7 @@ impl Body {
         self.v + self.w.cross(point - self.center)
     }
 
-    /// The speed of its fastest point, about [m/s].
+    /// Approximate speed of its fastest point [m/s].
     pub(super) fn speed(&self) -> f32 {
         self.v.length() + self.w.length() * self.large
     }
@@ -53,13 +53,13 @@ pub(super) struct Point {
 pub(super) struct Touch {
     pub(super) bodies: [BodyId; 2],
     pub(super) shapes: [ShapeId; 2],
-    /// From the first to the second.
+    /// Direction from the first to the second body.
     pub(super) normal: Vec3,
     pub(super) points: Vec<Point>,
 }
 
 impl Touch {
-    /// The other body, and the normal toward `body`; `None` if it has no part in it.
+    /// The other body, and the normal toward `body`; `None` if it is not part of this contact.
     pub(super) fn toward(&self, body: BodyId) -> Option<(BodyId, Vec3)> {
         match self.bodies {
             [a, b] if a == body => Some((b, -self.normal)),
@@ -68,18 +68,18 @@ impl Touch {
         }
     }
 
-    /// Its deepest overlap [m].
+    /// Its maximum overlap [m].
     pub(super) fn depth(&self) -> f32 {
         self.points.iter().map(|p| -p.separation).fold(0.0, f32::max)
     }
 
-    /// Whether it carries something.
+    /// Whether it carries a load.
     pub(super) fn is_pressed(&self) -> bool {
         self.points.iter().any(|p| p.impulse > 0.0)
     }
 }
 
-/// A world at the end of a step.
+/// State of a world after a step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     pub(super) bodies: BTreeMap<BodyId, Body>,
@@ -130,7 +130,7 @@ impl Moment {
     }
 }
 
-/// What oracles look at after a step.
+/// Input of the oracles after a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look<'a> {
     pub(super) world: &'a World,
@@ -139,7 +139,7 @@ pub(super) struct Look<'a> {
     pub(super) now: &'a Moment,
     /// Length of the step [s].
     pub(super) dt: f32,
-    /// Since the start, and since the last call between steps [s].
+    /// Time since the start, and since the last call between steps [s].
     pub(super) time: f32,
     pub(super) quiet: f32,
     /// The number of the step.
@@ -147,13 +147,13 @@ pub(super) struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// The speed that a body has when it has fallen by its own length, about; where there is no gravity 0 [m/s].
+    /// Approximate speed of a body after a fall by its own length; 0 without gravity [m/s].
     pub(super) fn fall_speed(&self, body: &Body) -> f32 {
         (2.0 * self.facts.gravity * body.large).max(0.0).sqrt()
     }
 }
 
-/// How far two rotations are apart [rad].
+/// The angle between two rotations [rad].
 pub(super) fn turn_between(a: Quat, b: Quat) -> f32 {
     (a * b.conjugate()).angle().abs()
 }

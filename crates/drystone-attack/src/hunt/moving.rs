@@ -1,4 +1,4 @@
-//! What is known of single motions: what slides without friction goes on, stacks stand, what is driven moves.
+//! Laws for single motions: frictionless bodies slide on, stacks stand, driven bodies move.
 
 use std::collections::BTreeMap;
 
@@ -8,22 +8,25 @@ use super::facts::is_motor;
 use super::moment::{Body, Look, turn_between};
 use crate::finding::{Findings, Kind};
 
-/// A stack may be pressed together by this part of what is under a block, and lean by this angle [rad].
+/// Maximum compression of a stack, as a fraction of the height under a block, and maximum tilt
+/// [rad].
 const PRESSED: f32 = 0.05;
 const LEAN: f32 = 0.05;
 
-/// What slides without friction keeps this part of its speed, and rises by no more of its own height.
+/// Minimum fraction of its speed that a frictionless body keeps, and maximum rise relative to its
+/// own height.
 const KEPT: f32 = 0.98;
 const RISE: f32 = 0.02;
 
-/// What lands with restitution 0 comes up again with no more of its speed.
+/// Maximum rebound speed with restitution 0, as a fraction of the impact speed.
 const UP: f32 = 0.1;
 
-/// Slip on what carries a body, as a part of the speed of the carrier, and for how long it is forgiven [s].
+/// Allowed slip on a carrier, as a fraction of the carrier's speed, and the time for which more is
+/// tolerated [s].
 const SLIP: f32 = 0.1;
 const SLIP_TIME: f32 = 1.0;
 
-/// Part of its speed that a motor must have, and after what time [s].
+/// Minimum fraction of its speed that a motor must reach, and after how long [s].
 const DRIVEN: f32 = 0.5;
 const DRIVE_TIME: f32 = 3.0;
 
@@ -35,11 +38,11 @@ pub(super) struct Motions {
     turned: BTreeMap<JointId, Turned>,
 }
 
-/// How far a driven axis has come.
+/// Displacement of a driven axis.
 #[derive(Clone, Copy, Debug, Default)]
 struct Turned {
     last: f32,
-    /// Since the motor had time to start.
+    /// Displacement and time since the motor had time to start.
     way: f32,
     time: f32,
 }
@@ -63,11 +66,11 @@ impl Motions {
         }
     }
 
-    /// No body comes up again.
+    /// Checks that no body bounces.
     fn land(&mut self, look: &Look<'_>, findings: &mut Findings) {
         for (_, body) in look.now.dynamic() {
             self.fall = self.fall.max(-body.v.y);
-            // The second: it rises by a hundredth of its length.
+            // The second term allows a rise by a hundredth of its length.
             let allowed = UP * self.fall + 0.1 * look.fall_speed(body);
             if body.v.y > allowed {
                 let detail =
@@ -77,7 +80,8 @@ impl Motions {
         }
     }
 
-    /// What only one moving carrier, or a belt, carries or pushes goes with it.
+    /// Checks that a body moves with its only moving carrier or belt, or with the carrier that
+    /// pushes it.
     fn carried(&mut self, look: &Look<'_>, findings: &mut Findings) {
         let mut slips: BTreeMap<(BodyId, BodyId), f32> = BTreeMap::new();
         for (id, body) in look.now.dynamic() {
@@ -112,7 +116,7 @@ impl Motions {
         for (pair, part) in slips {
             let time = self.slip.entry(pair).or_default();
             *time = if part > SLIP { *time + look.dt } else { 0.0 };
-            // Friction takes its time to bring what it holds to the carrier's speed.
+            // Friction needs time to accelerate a body to the carrier's speed.
             let carrier = look.now.bodies.get(&pair.1).map_or(0.0, Body::speed);
             let belt = look.facts.bodies.values().map(|b| b.belt).fold(0.0, f32::max);
             let start = 2.0 * carrier.max(belt)
@@ -144,7 +148,7 @@ impl Motions {
         }
     }
 
-    /// Motors that nothing blocks have turned.
+    /// Checks that motors without obstacles have moved.
     pub(super) fn end(&self, look: &Look<'_>, findings: &mut Findings) {
         for joint in look.world.joints() {
             let Some((speed, is_turn)) = motor_of(&joint.kind()) else { continue };
@@ -154,7 +158,7 @@ impl Motions {
             let bodies = [joint.body_a(), joint.body_b()];
             let is_blocked =
                 look.now.touches.iter().any(|t| bodies.iter().any(|id| t.bodies.contains(id)));
-            // A turn of more than half a round in a step cannot be told.
+            // A rotation of more than half a turn per step is ambiguous.
             let is_told = !is_turn || speed.abs() * look.dt < 2.0;
             if is_blocked || !is_told || !look.facts.hangs {
                 continue;
@@ -167,15 +171,16 @@ impl Motions {
     }
 }
 
-/// The speed of the motor of a joint's x axis, and whether it turns.
+/// Speed of the motor of a joint's x axis, and whether it rotates.
 fn motor_of(kind: &JointKind) -> Option<(f32, bool)> {
     let JointKind::SixDof(axes) = kind else { return None };
     let of = |axis: &drystone::joint::JointAxis| axis.drive.filter(is_motor).map(|d| d.velocity);
     of(&axes.angular[0]).map(|v| (v, true)).or(of(&axes.linear[0]).map(|v| (v, false)))
 }
 
-/// Slip of a body on a carrier at a point, as a part of the carrier's speed there. Along the surface only where it lies
-/// on it; along the normal only what comes nearer.
+/// Slip of a body on a carrier at a point, as a fraction of the carrier's speed there. Slip along
+/// the surface counts only if the body lies on it. Slip along the normal counts only if they
+/// approach.
 fn slip(
     look: &Look<'_>,
     touch: &super::moment::Touch,
@@ -198,12 +203,12 @@ fn slip(
     let off = body.velocity_at(at) - surface;
     let toward = (-off.dot(normal)).max(0.0);
     let along = if is_floor { (off - normal * off.dot(normal)).length() } else { 0.0 };
-    // Away from what sinks under it: held in the air.
+    // A sleeping body hangs in the air if its carrier sinks away.
     let away = if is_floor && body.is_asleep { off.dot(normal).max(0.0) } else { 0.0 };
     Some(toward.max(along).max(away) / speed)
 }
 
-/// What slides without friction goes straight on, as fast as before.
+/// Checks that a frictionless body moves on in a straight line at constant speed.
 fn glide(look: &Look<'_>, body: &Body, findings: &mut Findings) {
     let Some(made) = look.facts.bodies.get(&body.label) else { return };
     let floor = look.facts.half_floor.unwrap_or(0.0);
@@ -218,7 +223,7 @@ fn glide(look: &Look<'_>, body: &Body, findings: &mut Findings) {
         findings.add(Kind::Glide, "speed is lost without friction", detail, look.step);
     }
     let rise = body.pose.position.y - made.position.y;
-    // It is held a rest offset above the floor.
+    // Contacts hold it a rest offset above the floor.
     let offset = 4.0 * look.world.config().contact.rest_offset;
     if rise > RISE * 2.0 * made.down + offset {
         let detail = format!("{rise} m, its height is {} m", 2.0 * made.down);
@@ -226,9 +231,9 @@ fn glide(look: &Look<'_>, body: &Body, findings: &mut Findings) {
     }
 }
 
-/// Blocks of a stack stay where they were put.
+/// Checks that the blocks of a stack stay in place.
 fn stand(look: &Look<'_>, findings: &mut Findings) {
-    // Each is held a rest offset above the one below.
+    // Contacts hold each block a rest offset above the one below.
     #[expect(clippy::cast_precision_loss, reason = "at most some tens")]
     let apart = look.now.bodies.len() as f32;
     for (_, body) in look.now.dynamic() {
@@ -238,7 +243,7 @@ fn stand(look: &Look<'_>, findings: &mut Findings) {
         }
         let off = body.pose.position - made.position;
         let across = (off.x * off.x + off.z * off.z).sqrt();
-        // The height from the floor to its top is that of all that can be pressed.
+        // The height from the floor to its top can be compressed.
         let height = made.position.y + made.up;
         let offset = 2.0 * apart * look.world.config().contact.rest_offset;
         let is_off = off.y.abs() > PRESSED * height + offset || across > LEAN * height + offset;

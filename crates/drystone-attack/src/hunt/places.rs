@@ -1,4 +1,4 @@
-//! Places: nothing passes through anything, and what rests overlaps by little.
+//! Positions: nothing passes through anything, and bodies at rest overlap only slightly.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,48 +9,50 @@ use super::measures::{Measures, measures, meets_box};
 use super::moment::{Body, Look, Touch};
 use crate::finding::{Findings, Kind};
 
-/// The part of a shape's core that nothing's middle may come into, of large ones all but half of the thickness of what
-/// comes. Two convex bodies of which one has its middle there overlap by more than that.
+/// Fraction of a shape's core that the middle of no other shape may enter. For a large shape it is
+/// the core less half the thickness of the other shape. Two convex bodies overlap by more than that
+/// if the middle of one is inside.
 const INNER: f32 = 0.6;
 
-/// A body that turns by more in a step has no straight way in another's frame [rad].
+/// Maximum rotation per step for which a path is straight in another body's frame [rad].
 const MOST_TURN: f32 = 0.3;
 
-/// Overlap of what rests, as a part of the thickness of the thinner one: what one sees.
+/// Visible overlap of bodies at rest, as a fraction of the thickness of the thinner one.
 const VISIBLE: f32 = 0.1;
 
-/// Load over own weight up to which that holds; beyond, in proportion.
+/// Ratio of load to own weight up to which that limit holds; beyond, it grows in proportion.
 const LOAD: f32 = 20.0;
 
-/// Gap of a joint, as a part of the length of its smaller body, and for how long it is forgiven [s].
+/// Allowed gap of a joint, as a fraction of the length of its smaller body, and the time for which
+/// more is tolerated [s].
 const GAP: f32 = 0.05;
 const GAP_TIME: f32 = 0.25;
 
-/// For how long a body has been slow before its overlaps are judged [s].
+/// Time for which a body must be slow before its overlaps are judged [s].
 const SLOW_TIME: f32 = 0.5;
 
-/// A middle of a shape, and what is around it, in a body's frame.
+/// The middle of a shape and its surroundings, in a body's frame.
 #[derive(Clone, Copy, Debug)]
 struct Inner {
     pose: Pose,
     measures: Measures,
 }
 
-/// Places over a run.
+/// Positions over a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Places {
     inner: BTreeMap<BodyId, Vec<Inner>>,
-    /// Pairs that were made within each other, and whether some were from the start.
+    /// Pairs that were created overlapping, and whether some were at the start.
     excused: BTreeSet<[BodyId; 2]>,
     overlapped: bool,
     slow: BTreeMap<BodyId, f32>,
     gaps: BTreeMap<JointId, f32>,
-    /// The greatest overlap at rest, and gap, over what is allowed.
+    /// Maximum overlap at rest, and joint gap, relative to the allowed value.
     pub(super) worst: f32,
 }
 
 impl Places {
-    /// Whether bodies were made within each other.
+    /// Whether bodies were created overlapping.
     pub(super) fn is_overlapped(&self) -> bool {
         !self.excused.is_empty()
     }
@@ -73,7 +75,8 @@ impl Places {
         self.joints(look, findings);
     }
 
-    /// The middle of no shape comes into the core of another, or passes through it within a step.
+    /// Checks that the middle of no shape enters the core of another, or passes through it within a
+    /// step.
     fn pass(&self, look: &Look<'_>, findings: &mut Findings) {
         for (a, body) in look.now.dynamic() {
             let Some(then) = look.before.bodies.get(&a) else { continue };
@@ -110,7 +113,8 @@ impl Places {
         }
     }
 
-    /// Whether a middle comes deeper into a body than half of its own thickness, or into the inner part.
+    /// Whether a middle gets deeper into a body than half of its own thickness, or into the inner
+    /// part.
     fn is_passed(
         &self,
         b: BodyId,
@@ -129,7 +133,7 @@ impl Places {
         })
     }
 
-    /// No contact is deeper than half of the thinner body.
+    /// Checks that no contact is deeper than half the thinner body.
     fn deep(&self, look: &Look<'_>, findings: &mut Findings) {
         for touch in &look.now.touches {
             let thin = thin_of(look, touch);
@@ -140,7 +144,7 @@ impl Places {
         }
     }
 
-    /// What has been slow for a while overlaps by little.
+    /// Checks that bodies that have been slow for a while overlap only slightly.
     fn rest(&mut self, look: &Look<'_>, findings: &mut Findings) {
         for (id, body) in look.now.dynamic() {
             let slow = self.slow.entry(id).or_default();
@@ -185,7 +189,7 @@ impl Places {
         }
     }
 
-    /// In the end: a copy of half the size of nothing lies in anything else.
+    /// Checks at the end that a half-size copy of each shape's core overlaps nothing.
     pub(super) fn end(&self, look: &Look<'_>, findings: &mut Findings) {
         if self.overlapped {
             return;
@@ -227,7 +231,7 @@ fn is_pair(look: &Look<'_>, a: &Body, b: &Body) -> bool {
     look.facts.pairs.contains(&(a.label.min(b.label), a.label.max(b.label)))
 }
 
-/// Whether a way leads from above a plane, or a flat mesh, to below it.
+/// Whether a segment leads from above a plane, or a flat mesh, to below it.
 fn is_below(look: &Look<'_>, other: BodyId, [from, to]: [Vec3; 2]) -> bool {
     let Some(body) = look.world.body(other) else { return false };
     body.shapes().filter_map(|id| look.world.shape(id)).any(|shape| {
@@ -249,7 +253,7 @@ fn is_below(look: &Look<'_>, other: BodyId, [from, to]: [Vec3; 2]) -> bool {
     })
 }
 
-/// Half of the thickness of the thinner body of a contact [m].
+/// Half the thickness of the thinner body of a contact [m].
 fn thin_of(look: &Look<'_>, touch: &Touch) -> f32 {
     let thin = |id: &BodyId| look.now.bodies.get(id).map_or(f32::INFINITY, |b| b.thin);
     touch.bodies.iter().map(thin).fold(f32::INFINITY, f32::min)

@@ -1,4 +1,4 @@
-//! Rest: what rests is in equilibrium, and what must come to rest does.
+//! Rest: a body at rest is in equilibrium, and bodies that must come to rest do.
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,15 @@ use drystone::{BodyId, Vec3};
 use super::moment::{Body, Look, Moment, turn_between};
 use crate::finding::{Findings, Kind};
 
-/// How far a center of mass may be beside what holds it, as a part of the body's length: what places of contact points
-/// are accurate to.
+/// Allowed distance of a center of mass outside its support, as a fraction of the body's length:
+/// the accuracy of contact points.
 const BESIDE: f32 = 5.0e-3;
 
-/// What has not moved for so long rests, awake or not [s].
+/// Time without motion after which a body counts as resting, awake or not [s].
 const STILL_TIME: f32 = 2.0;
 
-/// Speed of what must rest, as a part of the speed of a fall by its own length, and the way that it may creep in
-/// the last third of the time, as a part of its length.
+/// Allowed speed of a body that must rest, relative to a fall by its own length. Also its allowed
+/// creep in the last third of the time, as a fraction of its length.
 const CREEP_SPEED: f32 = 0.01;
 const CREEP: f32 = 0.02;
 
@@ -23,14 +23,14 @@ const CREEP: f32 = 0.02;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rest {
     still: BTreeMap<BodyId, Still>,
-    /// Where everything was after two thirds of the quiet time.
+    /// State of all bodies after two thirds of the quiet time.
     mark: Option<(f32, Moment)>,
     fastest: BTreeMap<BodyId, f32>,
-    /// Since when everything is at rest [s].
+    /// Time since which everything is at rest [s].
     pub(super) rest_since: Option<f32>,
 }
 
-/// How long a body has been where it is.
+/// Time that a body has been in place.
 #[derive(Clone, Copy, Debug)]
 struct Still {
     at: Vec3,
@@ -51,21 +51,23 @@ impl Rest {
         self.rest_since = if all_slow { self.rest_since.or(Some(look.time)) } else { None };
     }
 
-    /// A look at all is long; what falls asleep off balance stays so.
+    /// Checks the balance rarely, because it is slow, and a body asleep off balance stays so.
     pub(super) fn judge(&self, look: &Look<'_>, findings: &mut Findings) {
         if look.step.is_multiple_of(30) {
             self.balance(look, findings);
         }
     }
 
-    /// Whether a body rests, and has by its own weight long been able not to.
+    /// Whether a body is asleep, or has not moved for a time in which its weight could have moved
+    /// it.
     fn rests(&self, look: &Look<'_>, id: BodyId, body: &Body) -> bool {
         let falls = 0.5 * look.facts.gravity * STILL_TIME * STILL_TIME > 0.05 * body.large;
         let still = self.still.get(&id).is_some_and(|s| s.time > STILL_TIME);
         body.is_asleep || (still && falls)
     }
 
-    /// Groups of bodies that touch or are joined, all at rest, have their center of mass over what they stand on.
+    /// Checks groups of touching or joined bodies at rest: their center of mass must be over their
+    /// support.
     fn balance(&self, look: &Look<'_>, findings: &mut Findings) {
         if look.facts.gravity <= 0.0 {
             return;
@@ -91,7 +93,7 @@ impl Rest {
                 continue;
             }
             let off = outside(&feet, center);
-            // Points are where they were when the step began in which all fell asleep.
+            // Contact points are those of the beginning of the step in which all fell asleep.
             let way = look.world.config().sleep.speed * look.dt;
             if off > BESIDE * 2.0 * large + way {
                 let detail = format!("bodies {labels:?}, {off} m beside what holds them");
@@ -100,7 +102,8 @@ impl Rest {
         }
     }
 
-    /// Looks where everything is, for [`Self::end`]. `part` is how much of the last quiet time has passed.
+    /// Records the state of all bodies for [`Self::end`]. `part` is the elapsed fraction of the
+    /// last quiet time.
     pub(super) fn mark(&mut self, look: &Look<'_>, part: f32) {
         if part > 0.66 && self.mark.is_none() {
             self.mark = Some((look.time, look.now.clone()));
@@ -113,7 +116,7 @@ impl Rest {
         }
     }
 
-    /// What must have come to rest has.
+    /// Checks that everything that must come to rest has done so.
     pub(super) fn end(&self, look: &Look<'_>, findings: &mut Findings) {
         if !look.facts.must_rest() {
             return;
@@ -123,7 +126,7 @@ impl Rest {
             .now
             .dynamic()
             .all(|(_, b)| b.center.y > -b.large && b.center.x.abs().max(b.center.z.abs()) < floor);
-        // It must have had the time: a minute, and as many times as long as a fall by its own length takes.
+        // Only after enough time: 25 s, and 40 times the duration of a fall by its own length.
         let large = look.now.dynamic().map(|(_, b)| b.large).fold(0.0, f32::max);
         let fall = (2.0 * large / look.facts.gravity).sqrt();
         if !all || look.quiet < 25.0 || look.quiet < 40.0 * fall {
@@ -150,12 +153,12 @@ impl Rest {
     }
 }
 
-/// Whether a joint, or an axis lock, holds a body to what does not move by forces.
+/// Whether a joint, or an axis lock, connects a body to a static or kinematic body.
 fn is_held(look: &Look<'_>, body: &Body) -> bool {
     look.facts.hangs && look.facts.jointed.contains(&body.label)
 }
 
-/// Dynamic bodies that touch or are joined.
+/// Groups of dynamic bodies that touch or are joined.
 fn groups(look: &Look<'_>) -> Vec<Vec<BodyId>> {
     let ids: Vec<BodyId> = look.now.dynamic().map(|(id, _)| id).collect();
     let mut group: BTreeMap<BodyId, usize> =
@@ -174,8 +177,8 @@ fn groups(look: &Look<'_>) -> Vec<Vec<BodyId>> {
     all.into_values().collect()
 }
 
-/// Points at which what does not move by forces carries a group; `None` if it leans on a wall, or what carries it
-/// moves.
+/// Points at which static and kinematic bodies carry a group. `None` if it leans on a wall, or if a
+/// carrier moves.
 fn feet(look: &Look<'_>, group: &[BodyId], large: f32) -> Option<Vec<Vec3>> {
     let mut feet = Vec::new();
     for touch in &look.now.touches {
@@ -204,14 +207,14 @@ fn feet(look: &Look<'_>, group: &[BodyId], large: f32) -> Option<Vec<Vec3>> {
     Some(feet)
 }
 
-/// How far a point is outside of the hull of others, seen from above [m].
+/// Distance of a point outside the hull of other points, seen from above [m].
 fn outside(points: &[Vec3], center: Vec3) -> f32 {
-    // The least over directions of how far all points are on one side: of the hull's edges and of pairs of points
-    // each gives the distance to a line that has all points on one side.
+    // The distance is a maximum over directions. Edges of the hull and pairs of points each give
+    // the distance to a line with all points on one side.
     let flat: Vec<(f32, f32)> = points.iter().map(|p| (p.x - center.x, p.z - center.z)).collect();
     let mut most = 0.0_f32;
-    // A direction in which all points are beyond the center: the distance of the nearest one along it. Best of many,
-    // each to a point or across a pair.
+    // For a direction with all points beyond the center: the distance of the nearest point along
+    // it. The best of many directions, each to a point or perpendicular to a pair.
     let mut tried: Vec<(f32, f32)> = flat.clone();
     for (i, a) in flat.iter().enumerate() {
         for b in &flat[i + 1..] {

@@ -10,7 +10,7 @@ impl Draw {
     pub(super) fn throws(&mut self) {
         let v = self.speed() * self.rng.scale(0.3, 8.0);
         let (time, size) = (self.time(), self.size);
-        // As far as it slides on friction of 0.3, and some.
+        // The sliding distance on friction of 0.3, and a margin.
         let way = v * time + 2.0 * v * v / self.gravity;
         self.floor(20.0 * size + way.min(1000.0 * size));
         let count = self.rng.from_to(1, 3);
@@ -98,7 +98,7 @@ impl Draw {
         self.run_to_rest();
     }
 
-    /// A block for a stack: a cube, or a card.
+    /// Half extents of a block for a stack: a cube, or a card.
     fn block_size(&mut self) -> Vec3 {
         let s = 0.5 * self.size;
         let flat = if self.rng.chance(0.6) { 1.0 } else { self.rng.scale(0.02, 0.5) };
@@ -136,7 +136,7 @@ impl Draw {
         } else {
             solid
         };
-        // From before the seam at x = 0 over it.
+        // From before the seam at x = 0 across it.
         let position = vec3(-1.7 * self.size, solid.depth(), 0.13 * self.size);
         let linear_velocity = vec3(v, 0.0, 0.0);
         self.body(&solid, BodyDef { position, linear_velocity, ..BodyDef::default() });
@@ -172,14 +172,14 @@ impl Draw {
                 self.body(&ball, BodyDef { position, linear_velocity, ..BodyDef::default() });
             }
             1 => {
-                // As a player builds: a wall beside, half into what sleeps.
+                // A wall placed half into sleeping bodies, as a player might build it.
                 let wall = Solid::of(Shape::box_half(h));
                 let position = at + vec3(0.4 * size, 0.0, 0.0);
                 let def = BodyDef { position, ..BodyDef::fixed() };
                 self.body(&wall, def);
             }
             2 => {
-                // The lowest one is taken away.
+                // The lowest block is removed.
                 self.ops.push(Op::RemoveBody(labels[0]));
             }
             3 if floor == Floor::Kinematic => {
@@ -200,7 +200,7 @@ impl Draw {
         self.is_still_time = true;
         let (size, dt) = (self.size, self.dt);
         let ball = Solid::of(Shape::sphere(size * self.rng.scale(0.02, 0.2)));
-        // Some of its target's thicknesses in a step.
+        // The speed is some thicknesses of its target per step.
         let thick = size * self.rng.scale(0.02, 0.3);
         let v = thick * self.rng.scale(1.0, 16.0) / dt;
         let at = vec3(0.0, 0.05 * size, 0.07 * size);

@@ -1,4 +1,4 @@
-//! The smallest world that still breaks the same.
+//! Searches for the smallest world that fails in the same way.
 
 use std::time::Duration;
 
@@ -12,14 +12,14 @@ use crate::minimize::minimize_by;
 use crate::op::{BodyPlan, Form, Op, Program};
 use crate::run::Run;
 
-/// What the world of a seed breaks, its twins too.
+/// Findings in the world of a seed and its twins.
 #[must_use]
 pub fn findings_of(scene: Scene, seed: u64) -> Vec<Finding> {
     let program = program(scene, seed);
     judge(&program, watch::watch(&program, None), true).findings.all
 }
 
-/// The smallest program found within a time that breaks what the world of a seed breaks.
+/// The smallest program found within a time that fails like the world of a seed.
 #[must_use]
 pub fn minimize(scene: Scene, seed: u64, like: &Finding, time: Duration) -> Program {
     let whole = program(scene, seed);
@@ -44,19 +44,19 @@ fn judge(program: &Program, watched: Watched, has_twins: bool) -> Run {
     Run { done, refused, is_cut, findings, ..Run::default() }
 }
 
-/// What a world must keep while it shrinks, so that what is found in it is still against physics: a world whose bodies
-/// are made within each other, or whose steps are long, breaks for other reasons.
+/// Properties that a world must keep while it shrinks, so that its finding still violates physics.
+/// A world with overlapping bodies, or with long steps, fails for other reasons.
 #[derive(Debug)]
 struct Sound {
-    /// Of its steps [s].
+    /// Maximum length of its steps [s].
     longest: f32,
     shortest: f32,
     is_overlapped: bool,
-    /// Bodies of the floor, as they are written.
+    /// Bodies of the floor, as `Debug` text.
     floor: Vec<String>,
 }
 
-/// A hull thinner than this part of its length is a splinter.
+/// Minimum thickness of a hull relative to its length; a thinner one is a splinter.
 const SPLINTER: f32 = 0.02;
 
 impl Sound {

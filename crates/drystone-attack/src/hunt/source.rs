@@ -1,4 +1,4 @@
-//! A world of the hunt as the source of a test.
+//! Writes a world of the hunt as the source of a test.
 
 use super::Scene;
 use super::facts::Facts;
@@ -6,7 +6,7 @@ use crate::finding::{Finding, Kind};
 use crate::op::Program;
 use crate::source;
 
-/// The source of a test that does what the program does, and asserts what the finding says does not hold.
+/// The source of a test that runs the program and asserts that the finding does not occur.
 #[must_use]
 pub fn test(program: &Program, scene: Scene, seed: u64, finding: &Finding) -> String {
     let facts = Facts::of(program);

@@ -1,5 +1,5 @@
-//! Twins: the same world under conditions that must not matter. Only what is no chaos is compared: stacks, blocks that
-//! fall upright, bodies that slide.
+//! Twins: the same world under conditions that must not change the result. Only motions that are
+//! not chaotic are compared: stacks, blocks that fall upright, sliding bodies.
 
 use drystone::{BodyKind, Mesh, Pose, Quat, Vec3, vec3};
 
@@ -9,18 +9,18 @@ use super::watch::{Watched, follow};
 use crate::finding::{Findings, Kind};
 use crate::op::{Form, Op, Program};
 
-/// A condition that must not matter.
+/// A condition that must not change the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Twin {
     /// On another floor of the same surface.
     Floor(Floor),
-    /// Turned about the vertical.
+    /// Rotated about the vertical.
     Turned,
     /// Mirrored in z.
     Mirrored,
-    /// Somewhere else.
+    /// Translated.
     Moved,
-    /// So many times as large, in a time that is as long as falls are then.
+    /// Scaled by this factor, with time scaled like the duration of falls.
     Scaled(f32),
     /// In steps of half the length.
     Halved,
@@ -28,7 +28,7 @@ pub(super) enum Twin {
     Reordered,
     /// Without sleep.
     Sleepless,
-    /// From its own snapshot in the middle.
+    /// Restored from its own snapshot in the middle.
     Restored,
 }
 
@@ -62,17 +62,18 @@ impl Twin {
     }
 }
 
-/// The angle of [`Twin::Turned`] [rad], and where [`Twin::Moved`] is, in lengths of the largest body.
+/// Angle of [`Twin::Turned`] [rad], and displacement of [`Twin::Moved`] in lengths of the largest
+/// body.
 const ANGLE: f32 = 0.7;
 const AWAY: f32 = 100.0;
 
-/// Time and place may differ by this part.
+/// Allowed relative difference in time and position.
 const PART: f32 = 0.05;
 
-/// Runs what can be compared, and returns the steps taken.
+/// Runs the comparable twins, and returns the number of steps.
 pub(super) fn compare(program: &Program, base: &Watched, findings: &mut Findings) -> u64 {
     let facts = Facts::of(program);
-    // Restored worlds go on with the same bits, whatever they do.
+    // Restored worlds must continue with the same bits, even if chaotic.
     let can_compare = facts.stands || facts.lands_flat || facts.glider.or(facts.slider).is_some();
     if base.is_cut {
         return 0;
@@ -136,7 +137,7 @@ fn of(program: &Program, facts: &Facts, twin: Twin) -> Option<Program> {
     Some(other)
 }
 
-/// One operation of a world that is turned, mirrored, moved or scaled.
+/// Changes one operation for a rotated, mirrored, translated or scaled world.
 fn change(op: &mut Op, twin: Twin, large: f32) -> Option<()> {
     match op {
         Op::Step(dt, _) => {
@@ -177,7 +178,7 @@ fn turn() -> Quat {
     Quat::from_axis_angle(Vec3::Y, ANGLE)
 }
 
-/// Where what was there is in a twin.
+/// The pose in a twin.
 fn place(p: Vec3, q: Quat, twin: Twin, large: f32) -> Pose {
     match twin {
         Twin::Turned => Pose::new(turn().rotate(p), (turn() * q).normalized()),
@@ -214,7 +215,7 @@ fn scale_plain(shape: &mut drystone::Shape, s: f32) {
     }
 }
 
-/// Shapes are their own mirror images, but for those of corners.
+/// Mirrors shapes given by corners; all others are their own mirror images.
 fn mirror(form: &mut Form) -> Option<()> {
     match form {
         Form::Plain(_) => {}
@@ -228,7 +229,7 @@ fn mirror(form: &mut Form) -> Option<()> {
     Some(())
 }
 
-/// What differs between a world and its twin by more than it may.
+/// The first difference between a world and its twin that exceeds its tolerance.
 fn difference(
     program: &Program,
     facts: &Facts,
@@ -248,7 +249,8 @@ fn difference(
     let bodies = facts.bodies.len() as f32;
     for (label, made) in facts.movers().filter(|(_, m)| m.kind == BodyKind::Dynamic) {
         let (Some(a), Some(b)) = (base.ends.get(&label), twin.ends.get(&label)) else { continue };
-        // A contact is seen at the end of its step: two steps. Of what lies there from the start nothing is seen.
+        // A contact is detected at the end of its step, so two steps are allowed. Contacts from the
+        // start say nothing.
         let falls = facts.lands_flat && !facts.stands && a.touched.is_some_and(|t| t > 5.0 * dt);
         if let (Some(a), Some(b), true) = (a.touched, b.touched, falls)
             && (a * time - b).abs() > 2.5 * dt * time + PART * a * time
@@ -259,7 +261,7 @@ fn difference(
             continue;
         }
         let there = place(a.pose.position, a.pose.rotation, how, large);
-        // A body that slides is stopped within a step, at most; friction is the same to some percent.
+        // A sliding body stops within a step, at most; friction agrees to some percent.
         let way = (a.pose.position - made.position).length();
         let v = made.linear_velocity.length();
         let offset = 2.0 * program.config.contact.rest_offset * bodies;
@@ -278,7 +280,8 @@ fn difference(
         all.into_iter()
             .any(|(end, large)| facts.has_slid_off(end.pose.position * (1.0 / length), large))
     };
-    // The edge of a floor is no part of its surface, and where a twin is moved to its floor is too.
+    // Behavior at a floor's edge is not that of its surface, and a translated twin is translated
+    // relative to its floor too.
     if how != Twin::Moved && (is_off(base) || is_off(twin)) {
         return None;
     }
@@ -288,11 +291,12 @@ fn difference(
         return Some(one.to_owned());
     }
     if facts.stands || how == Twin::Sleepless {
-        // How a stack settles where it stands is seen by nobody; sleep counts as rest.
+        // The settling of a stack in place is not visible; sleep counts as rest.
         return None;
     }
     let (Some(a), Some(b)) = (base.rest_since, twin.rest_since) else { return None };
-    // Slow rocking after a landing is damped in steps: a tenth of the time, and that of a fall by the own length.
+    // Slow rocking after a landing is damped per step: a tenth of the time, and the duration of a
+    // fall by its own length.
     let fall = (2.0 * large / facts.gravity.max(1.0e-6)).sqrt();
     let allowed = (0.1 * a + fall + 10.0 * dt) * time;
     let off = (a * time - b).abs();
@@ -300,7 +304,7 @@ fn difference(
 }
 
 impl Facts {
-    /// Over the edge of the floor.
+    /// Whether a body is over the edge of the floor.
     fn has_slid_off(&self, p: Vec3, large: f32) -> bool {
         self.half_floor.is_none_or(|half| p.x.abs().max(p.z.abs()) + large > half)
     }

@@ -1,4 +1,4 @@
-//! A program, run to its end under all oracles.
+//! Runs a program to its end under all oracles.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -18,31 +18,32 @@ use crate::finding::{Findings, Kind};
 use crate::op::{Label, Op, Program};
 use crate::run::guarded;
 
-/// A run takes no longer than this; what would is ended early, and that is no finding.
+/// Maximum duration of a run; a slower one is ended early, which is not a finding.
 const LONGEST: Duration = Duration::from_secs(8);
 
-/// So long after all has come to rest nothing more is to be seen [s]: an oracle of rest looks every 30 steps.
+/// Time after everything has come to rest in which nothing more can be found [s]: an oracle of rest
+/// checks every 30 steps.
 const AFTER_REST: f32 = 1.5;
 
-/// What a run came to.
+/// Result of a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Watched {
     pub(super) steps: u64,
     pub(super) refused: u32,
-    /// Which operations were done.
+    /// Whether each operation was done.
     pub(super) done: Vec<bool>,
     pub(super) findings: Findings,
     pub(super) is_cut: bool,
-    /// Bodies were made within each other.
+    /// Bodies were created overlapping.
     pub(super) is_overlapped: bool,
-    /// Where each body was when it first touched something, by time [s], and where it ended.
+    /// For each body the time of its first touch [s], and its final state.
     pub(super) ends: BTreeMap<Label, End>,
-    /// Since when all is at rest [s].
+    /// Time since which everything is at rest [s].
     pub(super) rest_since: Option<f32>,
     pub(super) hash: u64,
 }
 
-/// The way of a body, in short.
+/// Summary of a body's motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct End {
     pub(super) touched: Option<f32>,
@@ -55,7 +56,7 @@ pub(super) fn watch(program: &Program, say: Option<fn(&str)>) -> Watched {
     guard(program, true, false, say)
 }
 
-/// Runs it for its end alone, from its own snapshot in the middle if that is asked for.
+/// Runs a program only for its final state, optionally restoring its own snapshot in the middle.
 pub(super) fn follow(program: &Program, restores: bool) -> Watched {
     guard(program, false, restores, None)
 }
@@ -91,7 +92,7 @@ struct Run {
     motions: Motions,
     told: Told,
     time: f32,
-    /// Time of the last call between steps.
+    /// Time of the last call between steps [s].
     last_call: f32,
     step: u32,
 }
@@ -116,7 +117,7 @@ impl Run {
                 if self.say.is_some() && done != Done::Yes {
                     self.tell(&format!("{done:?}: {op:?}"));
                 }
-                // What is set moving between steps has moved since the step before.
+                // A change between steps must not look like motion since the previous step.
                 self.moment = Moment::of(&world, &self.ids, &self.facts);
                 self.last_call = self.time;
                 continue;
@@ -176,7 +177,7 @@ impl Run {
         for touch in &now.touches {
             for id in touch.bodies {
                 let Some(body) = now.bodies.get(&id) else { continue };
-                // What comes fast is stopped before it, or after.
+                // A contact may stop a fast body slightly before the touch or after.
                 let near = 0.02 * body.large.min(1.0e3);
                 if !touch.is_pressed() && touch.points.iter().all(|p| p.separation > near) {
                     continue;
@@ -212,7 +213,7 @@ impl Run {
         }
     }
 
-    /// Writes where all is: every step at first, rarely later.
+    /// Writes the state of all bodies: every step at first, rarely later.
     fn tell_of(&self, world: &World, now: &Moment, known: usize) {
         for f in &self.watched.findings.all[known..] {
             self.tell(&format!("!! {} {}: {} (step {})", f.kind.name(), f.what, f.detail, f.step));
@@ -248,7 +249,7 @@ impl Run {
         }
     }
 
-    /// All rests, has for a while, and nothing moves that could change that.
+    /// Whether everything has rested for a while, and nothing moves that could change that.
     fn is_over(&self) -> bool {
         let asleep = self.moment.dynamic().all(|(_, b)| b.is_asleep);
         let carried = self.facts.has_carriers || self.facts.has_belts || self.facts.has_drives;
@@ -289,7 +290,7 @@ mod tests {
     use crate::hunt::{Scene, twins};
     use crate::op::{Op, Program};
 
-    /// A cube of 1 m over a floor, with earth's gravity, and 60 steps a second.
+    /// A cube of 1 m above a floor, with earth's gravity and 60 steps per second.
     fn cube(height: f32, v: Vec3, friction: f32, steps: u32) -> Program {
         let mut d = Draw::new(1, Scene::Drops);
         d.config = WorldConfig::default();
@@ -323,7 +324,7 @@ mod tests {
         assert!(Facts::of(&cube(0.0, Vec3::X, 0.6, 9)).slider.is_some());
     }
 
-    /// What all oracles say of a step in which the cube came from one state to another by magic.
+    /// Findings of all oracles in a step in which the cube changed its state by magic.
     fn judged(program: &Program, change: impl Fn(&mut super::super::moment::Body)) -> Vec<Kind> {
         let facts = Facts::of(program);
         let (mut world, mut ids) = (World::default(), Ids::default());
@@ -368,7 +369,7 @@ mod tests {
 
     #[test]
     fn energy_that_nothing_gives_is_seen() {
-        // A belt gives it; told that there is none, the books do not balance.
+        // A belt supplies the energy; without the belt in the facts, the energy balance fails.
         let mut program = cube(0.0, Vec3::ZERO, 0.6, 9);
         if let Some(Op::AddBody(plan)) = program.ops.first_mut() {
             plan.shapes.iter_mut().for_each(|s| s.def.surface_velocity = vec3(3.0, 0.0, 0.0));

@@ -1,4 +1,4 @@
-//! What the shaders know of a picture as a whole.
+//! Values of a whole picture that the shaders read.
 
 use bytemuck::{Pod, Zeroable};
 use drystone::Vec3;
@@ -6,13 +6,13 @@ use drystone::Vec3;
 use crate::camera::{Camera, Columns, horizontal_axes, spherical};
 use crate::drawing::Drawing;
 
-/// How high the sun stands [rad].
+/// Elevation of the sun [rad].
 const SUN_HEIGHT: f32 = 0.92;
-/// Where it stands, from the front toward the left [rad].
+/// Azimuth of the sun, from the front toward the left [rad].
 const SUN_SIDE: f32 = -0.62;
-/// Half the edge of what the shadow map shows, in radii of what is framed.
+/// Half the edge of the region in the shadow map, in radii of the subject.
 const SHADOW_REACH: f32 = 1.6;
-/// How far toward and away from the sun it reaches, in the same.
+/// Depth of that region toward and away from the sun, in radii of the subject.
 const SHADOW_DEPTH: f32 = 8.0;
 
 /// `Frame` of the shaders.
@@ -62,7 +62,7 @@ impl Frame {
     }
 }
 
-/// The shadow map from the drawing's space.
+/// Transform from the drawing's space to the shadow map.
 fn light(sun: Vec3, up: Vec3, middle: Vec3, radius: f32) -> Columns {
     let (side, _) = horizontal_axes(up);
     let x = side.cross(sun).normalize_or(Vec3::X);

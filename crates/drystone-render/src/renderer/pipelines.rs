@@ -1,4 +1,5 @@
-//! The four ways to draw: shadows, bodies, sky, lines; `visuals` has those of meshes of files.
+//! The four pipelines: shadows, bodies, sky, lines. `visuals` has the pipelines for meshes of
+//! files.
 
 use wgpu::{BlendState, CompareFunction, Face, PrimitiveTopology};
 
@@ -15,7 +16,7 @@ pub(super) const INSTANCE: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array!
 const LINE: [wgpu::VertexAttribute; 3] =
     wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3, 2 => Unorm8x4];
 
-/// What the device draws with.
+/// The pipelines and layouts of the device.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     pub(super) format: wgpu::TextureFormat,
@@ -27,7 +28,7 @@ pub(super) struct Pipelines {
     pub(super) line: wgpu::RenderPipeline,
 }
 
-/// What tells the ways to draw apart.
+/// The properties in which the pipelines differ.
 #[derive(Clone, Copy)]
 pub(super) struct Way<'a> {
     pub(super) label: &'a str,
@@ -37,7 +38,7 @@ pub(super) struct Way<'a> {
     pub(super) layout: &'a wgpu::PipelineLayout,
     pub(super) topology: PrimitiveTopology,
     pub(super) cull: Option<Face>,
-    /// How depths are compared, and whether they are kept.
+    /// Depth comparison, and whether depths are written.
     pub(super) depth: (CompareFunction, bool),
     pub(super) blend: Option<BlendState>,
     /// Draws depths for shadows, no colors.
@@ -74,7 +75,7 @@ impl Pipelines {
             buffers: &bodies,
             layout: &both,
             topology: PrimitiveTopology::TriangleList,
-            // Meshes are seen from both sides.
+            // Meshes are visible from both sides.
             cull: None,
             depth: (CompareFunction::Greater, true),
             blend: None,

@@ -1,9 +1,9 @@
-//! What a picture is drawn on before its samples are put together.
+//! The multisampled textures that a picture is drawn on.
 
 use super::SAMPLES;
 use super::pipelines::DEPTH_FORMAT;
 
-/// Color and depth with several samples a point.
+/// Color and depth with several samples per pixel.
 #[derive(Debug)]
 pub(super) struct Targets {
     pub(super) size: (u32, u32),

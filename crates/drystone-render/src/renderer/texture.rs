@@ -1,8 +1,8 @@
-//! Images on the device, each with smaller ones for where it is far away.
+//! Images on the device, with mip levels.
 
 use drystone_scene::visual::Image;
 
-/// Brings an image onto the device; `srgb` says whether its numbers are colors.
+/// Uploads an image; `srgb` says whether its values are colors.
 pub(super) fn load(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -45,12 +45,13 @@ pub(super) fn load(
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-/// One white point.
+/// One white pixel.
 pub(super) fn white() -> Image {
     Image { width: 1, height: 1, rgba: vec![255; 4] }
 }
 
-/// Half as many points on each side, rounded down; each is the mean of four, of colors as light.
+/// The image at half size, rounded down. Each pixel is the mean of four; colors are averaged as
+/// linear light.
 fn halved(image: &Image, srgb: bool) -> Image {
     let light = light_of_bytes();
     image.halved(|channel, bytes| {
@@ -67,7 +68,7 @@ fn halved(image: &Image, srgb: bool) -> Image {
     })
 }
 
-/// The light that a byte of an sRGB color stands for, 0 to 1.
+/// The linear light of each byte of an sRGB color, 0 to 1.
 fn light_of_bytes() -> [f32; 256] {
     std::array::from_fn(|byte| {
         #[expect(clippy::cast_precision_loss, reason = "at most 255")]
@@ -89,7 +90,7 @@ mod tests {
     #[test]
     fn bytes_of_colors_stand_for_light() {
         let light = light_of_bytes();
-        // Of IEC 61966-2-1: 188 is half of the light.
+        // Values from IEC 61966-2-1: 188 is half of the light.
         for (byte, expected) in [(0, 0.0), (10, 0.003_035), (188, 0.502_886), (255, 1.0)] {
             assert!((light[byte] - expected).abs() < 1.0e-5, "{byte}: {}", light[byte]);
         }

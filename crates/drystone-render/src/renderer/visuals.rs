@@ -1,4 +1,4 @@
-//! Meshes of files on the device: how they are drawn, and their materials.
+//! Meshes of files on the device: their pipelines and materials.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,17 +15,17 @@ use crate::form::VisualCorner;
 const VERTEX: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3, 7 => Float32x2, 8 => Float32x4];
 
-/// How a mesh is drawn.
+/// Properties of a material that select the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Manner {
     pub(super) double_sided: bool,
-    /// What is behind shines through.
+    /// Transparent: drawn over the objects behind it.
     pub(super) blend: bool,
-    /// Some of it is not there.
+    /// Texels below the cutoff opacity are discarded.
     pub(super) masked: bool,
 }
 
-/// What the device draws meshes of files with.
+/// The pipelines for meshes of files.
 #[derive(Debug)]
 pub(super) struct VisualPipelines {
     material_layout: wgpu::BindGroupLayout,
@@ -123,10 +123,10 @@ struct Uniform {
 /// The materials of a file on the device.
 #[derive(Debug)]
 pub(super) struct LoadedVisuals {
-    /// Kept, so that its address stays its own.
+    /// Keeps the visuals alive, so that their address stays unique.
     of: Arc<Visuals>,
     groups: Vec<(Manner, wgpu::BindGroup)>,
-    /// For meshes without a material: as their bodies are colored.
+    /// For meshes without a material: they take the colors of their bodies.
     plain: (Manner, wgpu::BindGroup),
 }
 
@@ -168,19 +168,19 @@ impl LoadedVisuals {
         }
     }
 
-    /// Whether these are the materials of that file.
+    /// Whether these are the materials of this file.
     pub(super) fn are_of(&self, visuals: &Arc<Visuals>) -> bool {
         Arc::ptr_eq(&self.of, visuals)
     }
 
-    /// How a mesh is drawn, and with what.
+    /// The pipeline and material of a mesh.
     pub(super) fn material(&self, mesh: usize) -> &(Manner, wgpu::BindGroup) {
         let material = self.of.meshes.get(mesh).and_then(|mesh| mesh.material);
         material.and_then(|number| self.groups.get(number)).unwrap_or(&self.plain)
     }
 }
 
-/// The textures of a material, and whether their numbers are colors.
+/// The textures of a material, and whether their values are colors.
 const fn textures(material: &VisualMaterial) -> [(Option<Texture>, bool); 5] {
     [
         (material.base_texture, true),
@@ -199,14 +199,14 @@ fn group(
     plain: bool,
 ) -> wgpu::BindGroup {
     let [r, g, b] = material.emissive;
-    // Below 0: its opacity is seen.
+    // A negative cutoff means that opacity is blended.
     let cutoff = match material.alpha {
         Alpha::Opaque => 0.0,
         Alpha::Mask(cutoff) => cutoff,
         Alpha::Blend => -1.0,
     };
     let surface = [material.metallic, material.roughness, material.unlit.into(), plain.into()];
-    // Without its texture there is nothing to follow.
+    // Without its texture the scale has no effect.
     let scale = material.normal_texture.map_or(0.0, |_| material.normal_scale);
     let strength = material.occlusion_texture.map_or(0.0, |_| material.occlusion_strength);
     let relief = [scale, strength, 0.0, 0.0];

@@ -1,4 +1,4 @@
-//! Shapes that move through a world and shapes that stand near others, against polytopes in f64.
+//! Shape casts and nearest-shape queries, against polytopes in f64.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use crate::lab::Lab;
 use crate::numeric::{D3, Random, add, cross, dot, narrow, norm, rotate, scale, sub, wide, worst};
 use crate::row::{Rows, Unit, limits};
 
-/// A convex polytope where it stands.
+/// A placed convex polytope.
 struct Polytope {
     vertices: Vec<D3>,
-    /// Outward unit normals of the faces, and how far out these are.
+    /// Outward unit normals of the faces, and the offset of each face along its normal.
     planes: Vec<(D3, f64)>,
     edges: Vec<D3>,
 }
@@ -40,25 +40,26 @@ impl Polytope {
         Self { vertices, planes, edges }
     }
 
-    /// How far it reaches along a direction.
+    /// Maximum extent along a direction.
     fn reach(&self, way: D3) -> f64 {
         self.vertices.iter().map(|v| dot(*v, way)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How far a point is outside.
+    /// Distance of a point outside the polytope; negative inside.
     fn outside(&self, p: D3) -> f64 {
         let beyond = self.planes.iter().map(|(normal, offset)| dot(*normal, p) - offset);
         beyond.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How far `other` is beyond it along a unit normal.
+    /// Gap from this polytope to `other` along a unit normal.
     fn gap(&self, other: &Self, normal: D3) -> f64 {
         -other.reach(scale(normal, -1.0)) - self.reach(normal)
     }
 }
 
-/// From when to when two polytopes overlap while `b` moves by `way`, as parts of it: until no plane along a face of one of them or
-/// along an edge of each is between them any more, and until one is again.
+/// The interval in which two polytopes overlap while `b` moves by `way`, as fractions of that
+/// displacement. It begins when no plane separates them any more, and ends when one does again.
+/// Candidate planes are parallel to a face of either, or to an edge of each.
 fn overlap(a: &Polytope, b: &Polytope, way: D3) -> Option<[f64; 2]> {
     let faces = a.planes.iter().chain(&b.planes).map(|(normal, _)| *normal);
     let pairs = a.edges.iter().flat_map(|u| b.edges.iter().map(move |v| cross(*u, *v)));
@@ -93,8 +94,9 @@ fn random_pose(random: &mut Random, far: f64) -> Pose {
     Pose::new(narrow(scale(random.direction(), random.between(0.0, far))), random.rotation())
 }
 
-/// Casts: each of the two from everywhere at the other. Distances are proved: the points are of the bodies, and a plane with the
-/// normal between them has them on its sides as far apart as said.
+/// Casts each of two shapes from random places at the other. Distances are proved: the points
+/// belong to the bodies, and the plane along the returned normal separates them by the returned
+/// distance.
 pub(super) fn casts(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     lab.own("shape casts")?;
     let mut random = Random::new(44);
@@ -124,14 +126,15 @@ pub(super) fn casts(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
                 let clear = query.nearest_shape(&moving, start, 100.0, all).map_err(refused)?;
                 match (exact, hit) {
                     (Some([from, _]), Some(hit)) => {
-                        // Where they meet at a slant, a rounding of the gap is a larger one of the way.
+                        // At an oblique impact, a rounding error of the gap is a larger one of the
+                        // displacement.
                         let slant = dot(wide(hit.normal), wide(way)).abs() / length;
                         let miss = (f64::from(hit.fraction) - from.max(0.0)).abs() * length;
                         off = worst(off, miss * slant.max(0.1));
                     }
                     (None, None) => {}
                     (Some([from, _]), None) if from > 1.0 => {}
-                    // Grazing: within 1e-4 of the size, either answer is right.
+                    // A grazing cast: either answer is right within 1e-4 of the size.
                     (Some([from, to]), None) if (to - from) * length < 1.0e-2 => {}
                     (None, Some(hit)) if grazes(&a, &b, wide(way), f64::from(hit.fraction)) => {}
                     _ => missed += 1.0,
@@ -148,7 +151,7 @@ pub(super) fn casts(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
                         ];
                         apart = proofs.into_iter().fold(apart, worst);
                     }
-                    // None is so far away; and where they overlap no plane may be between them.
+                    // No shape is that far away; and no plane may separate bodies that overlap.
                     None => missed += 1.0,
                     Some(near) => apart = worst(apart, a.gap(&b, wide(near.normal))),
                 }
@@ -162,7 +165,7 @@ pub(super) fn casts(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// True if bodies that pass each other are nearer than 1e-4 m at this part of the way.
+/// True if bodies that pass each other are nearer than 1e-4 m at this fraction of the displacement.
 fn grazes(a: &Polytope, b: &Polytope, way: D3, part: f64) -> bool {
     let moved = b.vertices.iter().map(|v| add(*v, scale(way, part))).collect();
     let b = Polytope { vertices: moved, planes: Vec::new(), edges: b.edges.clone() };

@@ -21,8 +21,8 @@ pub(crate) const TESTS: &[Test] = &[
     .swept(),
 ];
 
-/// A position may be off by the lag of a semi-implicit step at 240 Hz, g h t / 2, and 1 % more; great is what
-/// only a step of second order reaches.
+/// The position may be off by the lag of a semi-implicit step at 240 Hz, g h t / 2, and 1 % more.
+/// Only a second-order step reaches the `great` limit.
 pub(super) const PLACE: Limits = limits(0.206, 0.005);
 
 fn free_fall(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
@@ -54,7 +54,7 @@ pub(super) fn boxes_body(v: D3, w: D3) -> BodyDef {
         .with_angular_velocity(narrow(w))
 }
 
-/// How far it is off its parabola at most, in 10 s [m].
+/// Maximum distance from the exact parabola in 10 s [m].
 fn flight(lab: &Lab, v0: D3, w0: D3, g: D3) -> Result<f64, EngineError> {
     let mut scene = empty("projectile");
     scene.config.gravity = narrow(g);

@@ -1,4 +1,4 @@
-//! Dry friction: what sticks, what slides, how far, and that all directions are alike.
+//! Dry friction: sticking, sliding, stopping distance and isotropy.
 
 use drystone::{BodyDef, ShapeDef, vec3};
 use drystone_bench::EngineError;
@@ -80,7 +80,7 @@ pub(crate) const TESTS: &[Test] = &[
     ),
 ];
 
-/// A block of 1 m that is put down on a slope.
+/// A block of 1 m at rest on a slope.
 fn on_slope(lab: &Lab, tan: f64, mu: f64) -> Result<(Run, usize, Slope), EngineError> {
     let slope = Slope { angle: tan.atan() };
     let surface = Surface::rough(mu);
@@ -91,7 +91,7 @@ fn on_slope(lab: &Lab, tan: f64, mu: f64) -> Result<(Run, usize, Slope), EngineE
     Ok((lab.start(scene)?, cube, slope))
 }
 
-/// How far down a slope it comes in so many seconds [m].
+/// Distance down a slope after `seconds` [m].
 fn creep(lab: &Lab, tan: f64, mu: f64, seconds: f64) -> Result<f64, EngineError> {
     let (mut run, cube, slope) = on_slope(lab, tan, mu)?;
     let start = run.body(cube).center;
@@ -99,16 +99,17 @@ fn creep(lab: &Lab, tan: f64, mu: f64, seconds: f64) -> Result<f64, EngineError>
     Ok(dot(sub(run.body(cube).center, start), slope.down()))
 }
 
-/// Its speed down the slope then [m/s].
+/// Speed down the slope after `seconds` [m/s].
 fn slip_speed(lab: &Lab, tan: f64, mu: f64, seconds: f64) -> Result<f64, EngineError> {
     let (mut run, cube, slope) = on_slope(lab, tan, mu)?;
     run.until(seconds, |_| {});
     Ok(dot(run.body(cube).v, slope.down()))
 }
 
-/// How far it comes if tan is µ, so that all that friction can give is what holds it. That is a statement about
-/// a block at rest: any speed would be kept for ever. So it comes to rest under a push up the slope, a tenth of
-/// its weight for 1 s, which then goes down to nothing within another second.
+/// Distance down the slope if tan = µ, where the weight equals the maximum friction. The closed
+/// form holds for a block at rest: any speed would be kept for ever. The block therefore comes to
+/// rest under a push up the slope. The push is a tenth of its weight for 1 s, and fades to zero
+/// within another second.
 fn creep_at_limit(lab: &Lab, mu: f64, seconds: f64) -> Result<f64, EngineError> {
     let (mut run, cube, slope) = on_slope(lab, mu, mu)?;
     let weight = run.matter(cube).mass * G;
@@ -122,7 +123,7 @@ fn creep_at_limit(lab: &Lab, mu: f64, seconds: f64) -> Result<f64, EngineError> 
     Ok(dot(sub(run.body(cube).center, start), slope.down()))
 }
 
-/// How far it should slide [m].
+/// Exact sliding distance [m].
 fn slide(tan: f64, mu: f64, t: f64) -> f64 {
     let angle = tan.atan();
     0.5 * G * (angle.sin() - mu * angle.cos()) * t * t
@@ -135,7 +136,7 @@ fn stick_or_slide(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let [held, held_harder] = [0.98, 0.995].map(|part| creep(lab, part * mu, mu, 10.0));
         let crept = (held?.abs(), held_harder?.abs());
         rows.at_most_harder(format!("µ {mu}, sticks"), crept, Unit::Meter, STILL);
-        // It slides if it comes at least half as far as it should.
+        // A block slides if it moves at least half the exact distance.
         let slides = |part: f64| {
             let tan = part * mu;
             Ok::<_, EngineError>(creep(lab, tan, mu, 10.0)? >= 0.5 * slide(tan, mu, 10.0))
@@ -148,8 +149,9 @@ fn stick_or_slide(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
 fn high_school(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let crept = creep_at_limit(lab, 0.5, 10.0)?.abs();
     rows.at_most("µ 0.50, sticks", crept, Unit::Meter, limits(1.0e-3, 1.0e-3));
-    // What is put down weightless, as here, slips while its weight builds up, and keeps that speed: at exactly
-    // the limit friction and gravity take and give the same. 0.1 mm/s in 9 s are 1e-6 g.
+    // A block placed without contact force, as here, slips while the contact force builds up, and
+    // keeps that speed. At exactly the limit, friction and gravity cancel. 0.1 mm/s in 9 s is 1e-6
+    // g.
     let [early, late] = [1.0, 10.0].map(|seconds| slip_speed(lab, 0.5, 0.5, seconds));
     let change = (late? - early?).abs();
     let even = limits(1.0e-4, 1.0e-5);
@@ -177,7 +179,7 @@ fn sliding(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Cubes thrown along `headings` [rad], each from a place of its own; how far they come [m].
+/// Distances that cubes thrown along `headings` [rad] slide, each from its own start [m].
 fn stops(lab: &Lab, headings: &[f64], v0: f64, mu: f64) -> Result<Vec<f64>, EngineError> {
     let surface = Surface::rough(mu);
     let mut scene = empty("stopping");
@@ -185,7 +187,7 @@ fn stops(lab: &Lab, headings: &[f64], v0: f64, mu: f64) -> Result<Vec<f64>, Engi
     let mut bodies = Vec::new();
     for heading in headings {
         let way = [heading.cos(), 0.0, heading.sin()];
-        // Outward from a circle that has room for 72 of them.
+        // Outward from a circle with room for 72 cubes.
         let place = scale(way, 40.0);
         let cube = block([1.0; 3], narrow([place[0], 0.5, place[2]]), surface);
         let cube = cube.with_linear_velocity(narrow(scale(way, v0)));
@@ -221,7 +223,7 @@ fn isotropy(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A flat body that turns about the vertical axis, and its angular acceleration over the first 0.5 s.
+/// Angular deceleration of a flat body that spins about the vertical axis, over the first 0.5 s.
 fn spin_down(lab: &Lab, shape: ShapeDef, half_height: f64) -> Result<f64, EngineError> {
     let surface = Surface::rough(0.3);
     let mut scene = empty("spinning");
@@ -236,11 +238,11 @@ fn spin_down(lab: &Lab, shape: ShapeDef, half_height: f64) -> Result<f64, Engine
     Ok((10.0 - run.body(body).w[1]) / run.time())
 }
 
-/// Torque as a part of µ N R: 0.6 to 1 may be, two thirds should be.
+/// Torque as a fraction of µ N R: 0.6 to 1 is allowed, two thirds is ideal.
 fn torque_row(rows: &mut Rows, uniform: f64, measured: f64) {
     let (least, most) = (0.6 / (2.0 / 3.0) * uniform, 1.0 / (2.0 / 3.0) * uniform);
     let inside = (least..=most).contains(&measured);
-    // The error that counts for great; outside of the band it is a failure whatever its size.
+    // The error is measured for `great`; outside the allowed band any error is a failure.
     let error = (measured / uniform - 1.0).abs();
     let must = if inside { f64::MAX } else { -1.0 };
     rows.error("torque", (uniform, measured), error, Unit::Part, limits(must, 0.05));
@@ -264,8 +266,8 @@ fn spinning_box(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Without a figure of its own in the list: the two stops must lie within 5 % of the time that the motion
-/// takes, as great is 5 % for the torque of a spinning disc.
+/// The list of tests gives no limit here. The two stops must lie within 5 % of the duration of the
+/// motion, because `great` is 5 % for the torque of a spinning disc.
 fn slide_and_spin(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for ratio in [0.2, 1.0, 3.0] {
         let surface = Surface::rough(0.3);
@@ -283,7 +285,7 @@ fn slide_and_spin(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let (mut slid, mut spun) = (f64::NAN, f64::NAN);
         run.until(10.0, |run| {
             let now = run.body(disc);
-            // A hundredth of what it began with.
+            // Threshold: a hundredth of the initial speed.
             if norm(now.v) > 0.01 * ratio * spin * radius {
                 slid = run.time();
             }
@@ -297,8 +299,8 @@ fn slide_and_spin(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// How far from the middle a block on a turntable comes in 10 s, which turns at `part` of the speed at
-/// which it slips.
+/// Maximum distance from the center of a block on a turntable in 10 s [m]. The table turns at
+/// `part` of the speed at which the block slips.
 fn radius_after(lab: &Lab, mu: f64, part: f64) -> Result<f64, EngineError> {
     let (r, surface) = (2.0, Surface::rough(mu));
     let w = part * (mu * G / r).sqrt();
@@ -324,8 +326,8 @@ fn radius_after(lab: &Lab, mu: f64, part: f64) -> Result<f64, EngineError> {
 
 fn turntable(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for mu in [0.3, 0.6, 1.0] {
-        // Held: within 1 cm of its place. At 1 % above the limit it is 2 % of µ g that pushes it outward, over
-        // 10 s many meters.
+        // A block is held if it stays within 1 cm of its place. At 1 % above the limit speed, 2 %
+        // of µ g pushes it outward: many meters in 10 s.
         let moved = |part| Ok::<_, EngineError>(radius_after(lab, mu, part)? - 2.0);
         let outward = (moved(0.97)?, moved(0.99)?);
         rows.at_most_harder(format!("µ {mu}, holds"), outward, Unit::Meter, limits(0.01, 0.01));
@@ -362,7 +364,7 @@ fn belt(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
 
 fn stopping_on_slope(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for (degrees, mu) in [(10.0, 0.4), (20.0, 0.6), (-10.0, 0.3)] {
-        // A negative slope: thrown up the hill.
+        // A negative angle means that the block is thrown uphill.
         let slope = Slope::degrees(f64::abs(degrees));
         let uphill = f64::signum(degrees);
         let surface = Surface::rough(mu);
@@ -385,8 +387,8 @@ fn stopping_on_slope(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Tilt in the end [rad] of a box 1 m wide that is pushed at its center, at height `z`, with a tenth more than
-/// friction holds, for 4 s.
+/// Final tilt [rad] of a box 1 m wide that is pushed at height `z` for 4 s, with a tenth more force
+/// than friction holds.
 fn pushed(lab: &Lab, z: f64) -> Result<f64, EngineError> {
     let (mu, surface) = (0.4, Surface::rough(0.4));
     let mut scene = empty("push");
@@ -403,7 +405,7 @@ fn pushed(lab: &Lab, z: f64) -> Result<f64, EngineError> {
 
 fn push_or_tip(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let z = 1.0 / (2.0 * 0.4);
-    // A box that slides stays upright, one that tips has an edge in the air by far.
+    // A box that slides stays upright; a box that tips has an edge far off the ground.
     let slides = |part: f64| Ok::<_, EngineError>(pushed(lab, part * z)? < 0.02);
     let tips = |part: f64| Ok::<_, EngineError>(pushed(lab, part * z)? > 0.2);
     rows.holds("slides", slides(0.97)?, slides(0.99)?);

@@ -68,7 +68,7 @@ pub(super) fn refused(e: impl core::fmt::Display) -> EngineError {
     EngineError(e.to_string())
 }
 
-/// A mesh over a square grid of `n` × `n` cells of edge `cell`, heights by `height`.
+/// A mesh over a square grid of `n` × `n` cells of edge `cell`, with heights from `height`.
 fn grid(
     n: u32,
     cell: f64,
@@ -97,19 +97,19 @@ fn grid(
     Mesh::new(vertices, triangles).map_err(refused)
 }
 
-/// How many of 2000 bullets are behind the target at the end.
+/// Number of 2000 bullets that are behind the target at the end.
 fn shots(lab: &Lab, target: BodyDef, seed: u64) -> Result<f64, EngineError> {
     let mut random = Random::new(seed);
     let mut scene = weightless("bullets");
     let target = scene.add("target", target);
     for i in 0..2000 {
         let aim = [random.between(-3.0, 3.0), 0.0, random.between(-3.0, 3.0)];
-        // Up to 60° from the normal.
+        // Directions up to 60° from the normal.
         let mut way = random.direction();
         way[1] = -way[1].abs().max(0.5 * way[0].hypot(way[2]) / 0.75_f64.sqrt());
         let way = scale(way, 1.0 / norm(way));
         let from = add(aim, scale(way, -random.between(2.0, 8.0)));
-        // They pass through each other.
+        // Bullets do not collide with each other.
         let shape = ShapeDef::sphere(0.005).with_filter(Filter::layers(2, 1));
         let bullet = BodyDef::dynamic()
             .with_position(narrow(from))
@@ -119,11 +119,11 @@ fn shots(lab: &Lab, target: BodyDef, seed: u64) -> Result<f64, EngineError> {
     }
     let mut run = lab.start(scene)?;
     run.until(0.5, |_| {});
-    // Below the target as it is now: a dynamic one has been pushed.
+    // Relative to the target's final pose: a dynamic target has been pushed.
     let now = run.body(target);
     let behind = |body: &usize| {
         let local = unrotate(now.state.pose.rotation, sub(run.body(*body).center, now.center));
-        // Written so that what is no number has passed.
+        // Written so that NaN counts as having passed.
         !(local[1] > -0.1) && *body != target
     };
     Ok(run.dynamic().filter(behind).count() as f64)
@@ -158,7 +158,7 @@ fn bullets(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A cube of 1 m at 1000 m/s against a wall of two triangles; 1 if it passes.
+/// A cube of 1 m at 1000 m/s against a wall of two triangles; 1 if it passes through.
 fn fast_cube(lab: &Lab) -> Result<f64, EngineError> {
     let mut scene = weightless("wall");
     let wall = grid(1, 20.0, |x, z| [x, 0.0, z], false)?;
@@ -173,7 +173,8 @@ fn fast_cube(lab: &Lab) -> Result<f64, EngineError> {
     Ok(if run.body(cube).center[1] > 0.0 { 0.0 } else { 1.0 })
 }
 
-/// How much slower at the end, as a part, and the greatest speed up or down [m/s].
+/// Final change of the horizontal velocity, as a fraction of the initial one, and the maximum
+/// vertical speed [m/s].
 fn slide_over(lab: &Lab, ground: BodyDef, body: BodyDef) -> Result<(f64, f64), EngineError> {
     let mut scene: Scene = empty("seams");
     scene.add("ground", ground);
@@ -230,7 +231,7 @@ fn slide_all(lab: &Lab, rows: &mut Rows, name: &str, ground: &BodyDef) -> Result
     Ok(())
 }
 
-/// A hull of random points in a box of random shape around a random place.
+/// A convex hull of random points in a random box around a random point.
 pub(super) fn random_hull(random: &mut Random, off: f64) -> Option<Hull> {
     let count = crate::numeric::whole(random.between(4.0, 60.0));
     let size = [0; 3].map(|_| random.between(0.1, 1.0));
@@ -241,7 +242,8 @@ pub(super) fn random_hull(random: &mut Random, off: f64) -> Option<Hull> {
     Hull::from_points(&points).ok()
 }
 
-/// Volume, center and inertia about the center of a closed surface of density 1, by tetrahedra to its middle.
+/// Volume, center and inertia about the center of a closed surface of density 1, by tetrahedra from
+/// its middle.
 fn tetrahedra(hull: &Hull) -> (f64, D3, [f64; 6]) {
     let vertices: Vec<D3> = hull.vertices().iter().map(|v| wide(*v)).collect();
     let middle =
@@ -299,8 +301,8 @@ fn hull_mass(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Where a ray enters a convex body of these planes, as a part of its length; and by how much it goes in or
-/// past, to leave grazing ones out.
+/// The point where a ray enters a convex body of these planes, as a fraction of its length. Also
+/// the margin by which it enters or misses, so that grazing rays can be left out.
 fn enter(planes: &[(D3, f64)], from: D3, way: D3) -> (Option<f64>, f64) {
     let (mut first, mut last) = (f64::NEG_INFINITY, 1.0_f64);
     let mut parallel_out = false;
@@ -366,13 +368,14 @@ fn rays(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
                 let hit = hit.map_err(refused)?;
                 match (exact, hit) {
                     (Some(exact), Some(hit)) => {
-                        // Where a face is met at a slant a rounding of the point is a larger one of the way.
+                        // At an oblique hit, a rounding error of the point is a larger one along
+                        // the ray.
                         let slant = dot(wide(hit.normal), way).abs() / norm(way);
                         let miss = (f64::from(hit.fraction) - exact).abs() * norm(way);
                         off = worst(off, miss * slant.max(0.1));
                     }
                     (None, None) => {}
-                    // Grazing: within 1e-4 of the size, either answer is right.
+                    // A grazing ray: either answer is right within 1e-4 of the size.
                     _ if margin * norm(way) < 1.0e-2 => {}
                     _ => missed += 1.0,
                 }
@@ -384,7 +387,7 @@ fn rays(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// The same of a ball.
+/// As `enter`, for a ball.
 fn through_ball(from: D3, way: D3, radius: f64) -> (Option<f64>, f64) {
     let (a, b, c) = (dot(way, way), dot(from, way), dot(from, from) - radius * radius);
     let inside = b * b - a * c;
@@ -392,13 +395,13 @@ fn through_ball(from: D3, way: D3, radius: f64) -> (Option<f64>, f64) {
     ((inside >= 0.0 && b < 0.0).then(|| -b / a - half), 2.0 * half)
 }
 
-/// A convex body in the world, by its vertices.
+/// Vertices of a convex body in the world.
 struct Body {
     vertices: Vec<D3>,
 }
 
 impl Body {
-    /// How far it reaches along a direction.
+    /// Maximum extent along a direction.
     fn reach(&self, way: D3) -> f64 {
         self.vertices.iter().map(|v| dot(*v, way)).fold(f64::NEG_INFINITY, f64::max)
     }
@@ -415,12 +418,13 @@ fn manifolds(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
             pairs += 1.0;
             let Touch { a, b, normal, depth, points } = found;
             let overlap = |way: D3| a.reach(way) + b.reach(scale(way, -1.0));
-            // Both against the size of the bodies, of about a meter.
+            // Both errors are relative to the size of the bodies, about 1 m.
             along = worst(along, (overlap(normal) - depth).abs());
             let sweep = directions.iter().map(|way| overlap(*way)).fold(f64::INFINITY, f64::min);
             least = worst(least, depth - sweep);
             for (point, separation) in points {
-                // Inside both, or no farther out than the surfaces are apart.
+                // Points must lie inside both bodies, or no farther outside than the gap between
+                // the surfaces.
                 let past_a = dot(point, normal) - a.reach(normal);
                 let past_b = -dot(point, normal) - b.reach(scale(normal, -1.0));
                 outside = worst(outside, past_a.max(past_b) - separation.max(0.0));
@@ -442,7 +446,7 @@ struct Touch {
     points: Vec<(D3, f64)>,
 }
 
-/// Two bodies that overlap a little, and the manifold of them.
+/// Two bodies that overlap slightly, and their manifold.
 fn touch(boxes: bool, random: &mut Random) -> Result<Option<Touch>, EngineError> {
     let mut config = WorldConfig { gravity: Vec3::ZERO, substeps: 1, ..WorldConfig::default() };
     config.sleep.enabled = false;
@@ -465,7 +469,8 @@ fn touch(boxes: bool, random: &mut Random) -> Result<Option<Touch>, EngineError>
         let rotation = random.rotation();
         let turned = |v: &Vec3| rotate(rotation, wide(*v));
         let mut body = Body { vertices: hull.0.iter().map(turned).collect() };
-        // The second is put so that it overlaps by 1 to 30 mm along a direction; the least overlap is less.
+        // The second body is placed to overlap by 1 to 30 mm along one direction; the minimum
+        // overlap is smaller.
         let place = if side > 0.0 {
             let first: &Body = &bodies[0];
             let apart = first.reach(way) + body.reach(scale(way, -1.0));

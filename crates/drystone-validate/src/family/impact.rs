@@ -121,8 +121,8 @@ fn first_bounce(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Follows the energy of all bodies against that of the start: root mean square of the difference, the
-/// greatest excess, the greatest loss, all as parts.
+/// Tracks the energy of all bodies relative to the start. Returns the root mean square of the
+/// difference, the maximum excess and the maximum loss, all as fractions.
 fn follow_energy(run: &mut Run, seconds: f64) -> [f64; 3] {
     let e0 = run.energy();
     let (mut sum, mut count, mut above, mut below) = (0.0, 0.0, 0.0, 0.0);
@@ -150,7 +150,8 @@ fn bouncing(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Two balls, the first of density 1000 flies at 5 m/s at the second, `ratio` times as heavy.
+/// Two balls. The first, of density 1000, flies at 5 m/s at the second, which is `ratio` times as
+/// heavy.
 fn collide(lab: &Lab, ratio: f64, e: f64) -> Result<[f64; 3], EngineError> {
     let mut scene = weightless("line");
     let surface = Surface { mu: 0.5, e };
@@ -166,7 +167,7 @@ fn collide(lab: &Lab, ratio: f64, e: f64) -> Result<[f64; 3], EngineError> {
     Ok([run.body(first).v[0], run.body(second).v[0], p])
 }
 
-/// The speeds after it.
+/// The exact speeds after the impact.
 fn after_collision(ratio: f64, e: f64, v: f64) -> [f64; 2] {
     let impulse = (1.0 + e) * ratio / (1.0 + ratio) * v;
     [v - impulse, impulse / ratio]
@@ -177,7 +178,7 @@ fn along_a_line(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         for e in [0.0, 0.5, 1.0] {
             let [v1, v2, p] = collide(lab, ratio, e)?;
             let [exact1, exact2] = after_collision(ratio, e, 5.0);
-            // Both speeds against the speed at which they met.
+            // Errors of both speeds, relative to the impact speed.
             let (off1, off2) = ((v1 - exact1).abs() / 5.0, (v2 - exact2).abs() / 5.0);
             let worse = if off1 >= off2 { (exact1, v1) } else { (exact2, v2) };
             let case = |what: &str| format!("1:{ratio}, e {e}, {what}");
@@ -188,7 +189,7 @@ fn along_a_line(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A line of balls of which the first `moving` come at 3 m/s, 0.5 m off the others; speeds in the end.
+/// Final speeds of a line of balls. The first `moving` balls arrive at 3 m/s from 0.5 m away.
 fn line_of_balls(lab: &Lab, balls: usize, moving: usize) -> Result<Vec<f64>, EngineError> {
     let mut scene = weightless("cradle");
     let pitch = 1.001;
@@ -223,7 +224,8 @@ fn cradles(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A ball that strikes the floor with 5 m/s along its normal and `vt` across, without gravity: speeds after.
+/// Velocity of a ball after it hits the floor without gravity, at 5 m/s along the normal and `vt`
+/// tangentially.
 fn strike(lab: &Lab, vt: f64, mu: f64, e: f64) -> Result<[f64; 2], EngineError> {
     let surface = Surface { mu, e };
     let mut scene = weightless("oblique");
@@ -239,7 +241,7 @@ fn strike(lab: &Lab, vt: f64, mu: f64, e: f64) -> Result<[f64; 2], EngineError> 
 fn oblique(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let l = limits(0.02, 0.005);
     for e in [0.0, 0.5, 1.0] {
-        // Slides throughout as µ (1 + e) vn < 2/7 vt.
+        // It slides throughout, because µ (1 + e) vn < 2/7 vt.
         let [v, _] = strike(lab, 5.0, 0.1, e)?;
         rows.relative(format!("sliding, e {e}, dvt"), -0.1 * (1.0 + e) * 5.0, v - 5.0, l);
         let [v, up] = strike(lab, 5.0, 1.0, e)?;
@@ -255,7 +257,7 @@ fn oblique(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A ball, a box or a capsule in turn, turned anyhow.
+/// A ball, a box or a capsule, in turn by `i`, at a random orientation.
 pub(super) fn mixed(
     i: usize,
     random: &mut Random,
@@ -272,7 +274,7 @@ pub(super) fn mixed(
     body.with_rotation(random.rotation())
 }
 
-/// What should not change in a run of bodies that nothing pushes, and what did.
+/// Drifts of the conserved quantities in a run of bodies without external forces.
 fn closed_drifts(run: &mut Run, seconds: f64) -> [f64; 3] {
     let (p0, l0) = (run.momentum(), run.angular_momentum());
     let size = run.momentum_scale();
@@ -308,7 +310,7 @@ fn swarm(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// The 6 × 6 × 6 balls of SimBenchmark, the first layer at a height.
+/// The 6 × 6 × 6 balls of SimBenchmark, with the lowest layer at height `first`.
 pub(super) fn add_666(scene: &mut Scene, first: f64, e: f64) {
     add_floor(scene, Surface::bouncy(e));
     let mut random = Random::new(42);
@@ -332,7 +334,7 @@ fn elastic_666(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
 fn table(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     const NEAR: Limits = limits(0.03, 0.005);
     for e in [0.3, 0.5, 0.8] {
-        // rapier #974: e² of the height is 0.09, 0.25, 0.64 of it.
+        // rapier #974: the bounce height is e² of the drop height, so 0.09, 0.25 and 0.64 of it.
         let (mut run, body) = drop(lab, e, 4.0)?;
         let (mut apexes, mut apex) = (Vec::new(), FirstApex::default());
         run.until(8.0, |run| {
@@ -343,7 +345,7 @@ fn table(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
             }
         });
         for n in 0..3 {
-            // Up to the last bounce that is faster than 1 m/s: slower contacts need not bounce.
+            // Up to the last bounce faster than 1 m/s: slower contacts need not bounce.
             let height = 4.0 * e.powi(2 * (n + 1));
             if (2.0 * G * height).sqrt() / e < 1.0 {
                 break;
@@ -379,14 +381,14 @@ fn dropped_box(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let mut run = lab.start(scene)?;
         let mut highest = 0.0;
         run.until(10.0, |run| highest = worst(highest, run.body(cube).center[1]));
-        // Over the height from which its center fell to the ground; a thousandth, as for balls.
+        // Relative to the height from which its center fell; a thousandth, as for balls.
         let above = (highest - 3.0) / 2.5;
         rows.error(case, (3.0, highest), above, Unit::Part, limits(1.0e-3, 1.0e-3));
     }
     Ok(())
 }
 
-/// Six walls that are one dynamic body: nothing comes from outside.
+/// Six walls that are one dynamic body, so that no external force acts.
 fn add_crate(scene: &mut Scene, half: f64, surface: Surface, kind: BodyDef) -> usize {
     let thick = 1.0;
     let mut body = kind;
@@ -435,7 +437,7 @@ fn falling_heap(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let (start, mut least, mut grown) = (run.energy(), run.energy(), 0.0);
     run.until(10.0, |run| {
         let energy = run.energy();
-        // Over the energy at the start: in the end there is little left to compare with.
+        // Relative to the initial energy, because little energy is left at the end.
         grown = worst(grown, (energy - least) / start);
         least = least.min(energy);
     });

@@ -1,4 +1,4 @@
-//! What must not matter: where the world is, how it is turned, in which order bodies were added, and the step.
+//! Invariance to the world's origin and orientation, the order of bodies, and the step.
 
 use drystone::{BodyDef, Quat, ShapeDef};
 use drystone_bench::EngineError;
@@ -45,7 +45,7 @@ pub(crate) const TESTS: &[Test] = &[
     ),
 ];
 
-/// Ten cubes on top of each other on a large box, all of it elsewhere, or added from the top.
+/// Ten cubes stacked on a large box, placed at `place`, or added from the top.
 fn column(place: D3, reversed: bool) -> Scene {
     let surface = Surface::rough(0.6);
     let mut scene = empty("column");
@@ -60,7 +60,8 @@ fn column(place: D3, reversed: bool) -> Scene {
     scene
 }
 
-/// A heap of 60 bodies that fell from a grid: mean height and mean distance from the middle after 10 s.
+/// A heap of 60 bodies that fell from a grid: mean height and mean distance from the middle after
+/// 10 s.
 fn heap(lab: &Lab, change: impl Fn(&mut Scene)) -> Result<[f64; 2], EngineError> {
     let (mut random, surface) = (Random::new(44), Surface::rough(0.6));
     let mut scene = empty("heap");
@@ -96,7 +97,7 @@ fn invariance(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let mut run = lab.start(column(place, reversed))?;
         run.until(60.0, |_| {});
         rows.holds(format!("column {case}, stands"), run.stands(), run.stands());
-        // As A36 asks for.
+        // The limit of A36.
         rows.at_most(
             format!("column {case}, drift"),
             run.drift(),
@@ -121,8 +122,8 @@ fn invariance(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let mirrored = heap(lab, |scene| {
         each_moving(scene, |def| {
             def.position.x = -def.position.x;
-            // The mirror image of a turn turns the other way about the axes in the mirror's plane; the shapes
-            // are their own images.
+            // The mirror image of a rotation has the opposite sense about the axes in the mirror
+            // plane. The shapes are their own mirror images.
             let q = def.rotation;
             def.rotation = Quat::new(q.x, -q.y, -q.z, q.w);
         });
@@ -130,7 +131,7 @@ fn invariance(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let moved = |x: f32| heap(lab, move |s| each_moving(s, |def| def.position.x += x));
     let (near, far) = (moved(100.0)?, moved(1000.0)?);
     let shuffled = heap(lab, |scene| scene.bodies[1..].reverse())?;
-    // Asked for is only great: a heap is as chaotic as a throw of dice.
+    // Only the `great` limit applies, because a heap is chaotic.
     let free = limits(f64::MAX, 0.01);
     for (case, other) in [
         ("turned by 90°", turned),
@@ -145,7 +146,7 @@ fn invariance(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Runs another test and gives the error of its first row whose name has this end.
+/// Runs another test and returns the error of its first row whose name ends with `case`.
 fn error_of(lab: &Lab, id: &str, case: &str) -> Result<f64, EngineError> {
     let missing = || EngineError(format!("{id} has no row '{case}'"));
     let test = crate::test::all().find(|test| test.id == id).ok_or_else(missing)?;
@@ -160,9 +161,10 @@ fn convergence(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for (id, case) in
         [("A9", "x"), ("A22", "ball joint, 90°, T"), ("A24", "path, 1 s"), ("S1", "y")]
     {
-        // S1 tells a square. Its plate lies 2e-5 m and its balls 6e-5 m deep as they are published, which a
-        // contact of another stiffness, so another rate, throws up by another speed: how long the plate then
-        // sticks or flies has no order in the step. Here it is pushed after it has come to rest.
+        // S1 reports a squared error. As published, its plate starts 2e-5 m deep and its balls 6e-5
+        // m deep. A contact of another stiffness, hence another rate, ejects the plate at another
+        // speed. How long it then sticks or flies has no order in the step. Here it is pushed after
+        // it has come to rest.
         let [coarse, half] = [lab, &fine].map(|lab| match id {
             "S1" => pushed_plate(lab, [0.0, 0.0, 1.0], 1.0).map(f64::sqrt),
             _ => error_of(lab, id, case),
@@ -213,7 +215,8 @@ fn moved_far(run: &Run, body: usize) -> bool {
     norm(sub(run.body(body).center, wide(run.scene.bodies[body].def.position))) > 0.05
 }
 
-/// Speed of the wave through the middle of a run of dominoes of a height, over √(g h), if all fall.
+/// Speed over √(g h) of the wave through the middle of a row of dominoes of this height, if all
+/// fall.
 fn wave(lab: &Lab, height: f64) -> Result<Option<f64>, EngineError> {
     let (thick, wide, pitch) = (height / 8.0, 0.5 * height, 0.5 * height);
     let surface = Surface::rough(0.6);
@@ -224,7 +227,7 @@ fn wave(lab: &Lab, height: f64) -> Result<Option<f64>, EngineError> {
         let place = narrow([pitch * f64::from(i), 0.5 * height, 0.0]);
         let mut def = block([thick, height, wide], place, surface);
         if i == 0 {
-            // Turning about its lower front edge.
+            // Rotates about its lower front edge.
             let w = 2.0 * (G / height).sqrt();
             def = def.with_angular_velocity([0.0, 0.0, single(-w)]).with_linear_velocity(narrow([
                 0.5 * w * height,
@@ -235,11 +238,12 @@ fn wave(lab: &Lab, height: f64) -> Result<Option<f64>, EngineError> {
         bodies.push(scene.add(format!("domino {i}"), def));
     }
     let mut run = lab.start(scene)?;
-    // Tilted by 20°. At a height of 0.1 m a piece falls every third step, so that the step's end is no time
-    // to go by: it tells speeds by 2 % at best.
+    // The time at which a piece is tilted by 20°. At a height of 0.1 m a piece falls every third
+    // step, so step ends would resolve speeds only to 2 %.
     let mut tilted = vec![Crossings::default(); bodies.len()];
     for tilted in &mut tilted {
-        // Upright; at 50 Hz the first small one has crossed it after one step.
+        // A reading of the upright piece; at 50 Hz the first small piece crosses 20° in the first
+        // step.
         tilted.read(0.0, 0.06);
     }
     run.until(40.0 * (height / G).sqrt() + 2.0, |run| {
@@ -249,7 +253,7 @@ fn wave(lab: &Lab, height: f64) -> Result<Option<f64>, EngineError> {
     });
     let first = |tilted: &Crossings| tilted.times.first().map(|(time, _)| *time);
     let all: Option<Vec<f64>> = tilted.iter().map(first).collect();
-    // From the 10th on the wave has its speed.
+    // The wave has its final speed from the 10th piece on.
     Ok(all.map(|t| 15.0 * pitch / (t[25] - t[10]) / (G * height).sqrt()))
 }
 
@@ -261,7 +265,7 @@ fn dominoes(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     rows.holds("all fall", fell, fell);
     let middle = middle.unwrap_or(f64::NAN);
     for (case, speed) in [("0.1 m", small), ("10 m", large)] {
-        // Without a figure in the list: 5 %, and 1 %.
+        // The list of tests gives no limits here: 5 % and 1 %.
         rows.relative(case, middle, speed.unwrap_or(f64::NAN), limits(0.05, 0.01));
     }
     Ok(())

@@ -87,7 +87,7 @@ struct Swing {
 
 /// Length of the simple pendulum with the same period [m].
 fn equivalent_length(hold: Hold) -> f64 {
-    // On a ball joint the ball turns with the pendulum: (L² + 2/5 r²)/L. On a rod it does not.
+    // On a ball joint the ball rotates with the pendulum: (L² + 2/5 r²)/L. On a rod it does not.
     if hold == Hold::Ball { 1.0 + 0.4 * BOB * BOB } else { 1.0 }
 }
 
@@ -120,7 +120,7 @@ fn swing(lab: &Lab, hold: Hold, angle: f64, seconds: f64) -> Result<Swing, Engin
     Ok(swing)
 }
 
-/// T of a simple pendulum [s].
+/// Period of a simple pendulum [s].
 fn period(length: f64, angle: f64) -> f64 {
     let k = (0.5 * angle).sin();
     4.0 * (length / G).sqrt() * elliptic_k(k * k)
@@ -137,7 +137,7 @@ fn pendulum(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
             let angle = f64::to_radians(degrees);
             let swing = match swing(lab, hold, angle, 60.0) {
                 Ok(swing) => swing,
-                // Peers are asked for ball joints only.
+                // Peers are only required to have ball joints.
                 Err(_) if hold == Hold::Rod && !lab.candidate.is_own() => return Ok(()),
                 Err(e) => return Err(e),
             };
@@ -152,7 +152,8 @@ fn pendulum(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Over the period of small swings; within what A22 allows at amplitudes up to 60°, up to 90° and beyond.
+/// Period relative to that of small swings, within the limits of A22 for amplitudes up to 60°, up
+/// to 90°, and beyond.
 fn period_ratio(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for degrees in [5.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0, 150.0, 170.0] {
         let swing = swing(lab, Hold::Ball, f64::to_radians(degrees), 60.0)?;
@@ -169,7 +170,8 @@ fn period_ratio(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Angles from the vertical and their rates of two equal pendulums of 1 m, the balls turning with them.
+/// Rates of two equal pendulums of 1 m, from their angles from the vertical and the rates of these.
+/// The balls rotate with the pendulums.
 fn double_rates([a, b, u, v]: &[f64; 4]) -> [f64; 4] {
     let spin = 0.4 * BOB * BOB;
     let (s, c) = (a - b).sin_cos();
@@ -202,7 +204,8 @@ fn double_pendulum(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
             off = worst(off, norm(sub(run.body(upper).center, first)));
             off = worst(off, norm(sub(run.body(lower).center, second)));
         }
-        // Over the energy to the lowest place: 1 m for the upper ball, 2 m for the lower one.
+        // Relative to the energy above the lowest position: 1 m for the upper ball, 2 m for the
+        // lower one.
         change = worst(change, (run.energy() - e0).abs() / (3.0 * mass * G));
     });
     rows.at_most("path, 1 s", off, Unit::Meter, limits(0.01, 0.003));
@@ -210,7 +213,7 @@ fn double_pendulum(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Adds a link from one point to another, a capsule, and returns its number.
+/// Adds a capsule as a link between two points, and returns its number.
 fn add_link(scene: &mut Scene, from: D3, to: D3, mass: f64) -> usize {
     let along = sub(to, from);
     let length = norm(along);
@@ -225,9 +228,9 @@ fn add_link(scene: &mut Scene, from: D3, to: D3, mass: f64) -> usize {
     scene.add(format!("link {}", scene.bodies.len()), def)
 }
 
-/// Sag of an even number of rigid links of a length between two points `span` apart [m].
+/// Sag of an even number of rigid links of equal length between two points `span` apart [m].
 fn sag(links: u32, length: f64, span: f64) -> f64 {
-    // The pull at a link's middle is along it: horizontal H, vertical the weight below it.
+    // The force at a link's middle acts along it: H horizontally, the weight below it vertically.
     let sums = |h: f64| {
         (1..=links / 2).fold((0.0, 0.0), |(x, y), k| {
             let slope = (f64::from(k) - 0.5) / h;
@@ -243,7 +246,7 @@ fn hanging_chain(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let (links, length, span) = (50_u32, 0.2, 8.0);
     let mut scene = empty("chain");
     let post = scene.add("posts", BodyDef::fixed());
-    // It is let go as a V: 5 m of chain to each side, 3 m deep.
+    // The chain starts as a V: 5 m of chain on each side, 3 m deep.
     let point = |i: u32| {
         let way = f64::from(i) * length;
         if way <= 5.0 {
@@ -255,7 +258,7 @@ fn hanging_chain(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let mut bodies = vec![post];
     for i in 0..links {
         let link = add_link(&mut scene, point(i), point(i + 1), 1.0);
-        // Only to come to rest.
+        // Damping brings the chain to rest.
         scene.bodies[link].def.linear_damping = 0.5;
         scene.bodies[link].def.angular_damping = 0.5;
         bodies.push(link);
@@ -274,8 +277,8 @@ fn hanging_chain(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// The greatest stretch of a chain of links of 0.2 m and 1 kg with a ball of 1000 kg at its end, let go at an
-/// angle from the vertical, in 10 s, as a part of its length.
+/// Maximum stretch of a chain in 10 s, as a fraction of its length. Its links have 0.2 m and 1 kg,
+/// with a ball of 1000 kg at the end. It starts at an angle from the vertical.
 fn stretch(lab: &Lab, links: u32, angle: f64) -> Result<f64, EngineError> {
     let (length, radius) = (0.2, 0.3);
     let way = [angle.sin(), -angle.cos(), 0.0];
@@ -295,7 +298,7 @@ fn stretch(lab: &Lab, links: u32, angle: f64) -> Result<f64, EngineError> {
     let mut most = 0.0;
     run.until(10.0, |run| {
         let now = run.body(weight);
-        // The ball's own anchor, on its surface.
+        // The ball's anchor, on its surface.
         let anchor = now.direction(scale(way, -radius));
         let reach = norm(add(now.center, anchor));
         most = worst(most, reach / end - 1.0);
@@ -319,8 +322,8 @@ fn long_chains(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Height of the right end over the left one after 2 s [m], the right lever `part` times as long as balance
-/// asks for.
+/// Height of the right end above the left end after 2 s [m]. The right lever has `part` times the
+/// length that balances.
 fn seesaw_tilt(lab: &Lab, part: f64) -> Result<f64, EngineError> {
     let surface = Surface::rough(0.8);
     let mut scene = empty("seesaw");
@@ -342,7 +345,7 @@ fn seesaw_tilt(lab: &Lab, part: f64) -> Result<f64, EngineError> {
 fn seesaw(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let heights = [0.98, 0.995, 1.005, 1.02].map(|part| seesaw_tilt(lab, part));
     let [left, left_harder, right_harder, right] = heights;
-    // A millimeter at least, to the right side.
+    // At least 1 mm, to the correct side.
     rows.holds("left is heavier", left? > 1.0e-3, left_harder? > 1.0e-3);
     rows.holds("right is heavier", right? < -1.0e-3, right_harder? < -1.0e-3);
     Ok(())

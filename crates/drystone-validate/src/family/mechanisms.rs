@@ -41,19 +41,19 @@ pub(crate) const TESTS: &[Test] = &[
     Test::new("A29", "limits under a load", "load", "at the limit", limits_under_load),
 ];
 
-/// Axes of a joint whose x is the world's z.
+/// Joint frame whose x axis is the world's z axis.
 fn along_z() -> drystone::Quat {
     turn([0.0, 1.0, 0.0], -FRAC_PI_2)
 }
 
-/// Angle of the body's x axis in the plane of x and y, from x [rad].
+/// Angle of the body's x axis in the xy plane, from x [rad].
 fn heading(now: &Moment) -> f64 {
     let x = now.direction([1.0, 0.0, 0.0]);
     x[1].atan2(x[0])
 }
 
-/// A thin rod of 1 m and 1 kg from the origin along x turned by an angle, on a hinge about z at the origin;
-/// also returns its inertia there.
+/// A thin rod of 1 m and 1 kg from the origin, on a hinge about z at the origin, at an angle from
+/// x. Also returns its inertia about the hinge.
 fn add_rod(scene: &mut Scene, angle: f64, axis: JointAxis) -> Result<(usize, f64), EngineError> {
     let post = scene.add("post", BodyDef::fixed());
     let rod = block(
@@ -80,8 +80,8 @@ fn rod_pendulum(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Place of the slider, angle of the pendulum from hanging, their rates: a cart of 1 kg, a ball of 1 kg at 1 m
-/// that turns with it.
+/// Rates of a cart of 1 kg and a pendulum with a ball of 1 kg at 1 m that rotates with it. The
+/// state has the cart's position, the pendulum's angle from hanging, and their rates.
 fn slider_rates([_, a, v, u]: &[f64; 4]) -> [f64; 4] {
     let spin = 0.4 * 0.05 * 0.05;
     let (s, c) = a.sin_cos();
@@ -142,7 +142,7 @@ fn slider_crank(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let slide = Slider::new();
     let along = drystone::Quat::IDENTITY;
     add_joint(&mut scene, post, slider, [r + l, 0.0, 0.0], along, slide)?;
-    // It starts as it is to run: the slider at its end, the crank's pin at full speed.
+    // The mechanism starts in motion: the slider at its end, the crank's pin at full speed.
     let bodies = &mut scene.bodies;
     let pin = single(r * speed);
     bodies[crank].def.linear_velocity = vec3(0.0, 0.5 * pin, 0.0);
@@ -164,8 +164,8 @@ fn slider_crank(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Angular frequency and decay [1/s] of a path read every `dt`: x'' - T x' + D x = 0 of three readings in a
-/// row, in least squares.
+/// Angular frequency and decay [1/s] of a path sampled every `dt`, by a least-squares fit of x'' -
+/// T x' + D x = 0 to three consecutive samples.
 fn fit(path: &[f64], dt: f64) -> (f64, f64) {
     let (mut yy, mut yx, mut xx, mut zy, mut zx) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for w in path.windows(3) {
@@ -207,7 +207,7 @@ fn spring_damper(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
             if ratio > 0.0 {
                 rows.relative(case("decay"), ratio * omega, decay, limits(0.05, 0.01));
             } else {
-                // As a part of what critical damping is.
+                // As a fraction of critical damping.
                 rows.at_most(case("decay"), (decay / omega).abs(), Unit::Part, limits(0.05, 0.01));
             }
         }
@@ -237,8 +237,8 @@ fn hinge_motor(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A rod at a hinge's limit, by itself and with a load fixed to its end, and a body at a slider's: how far from the
-/// limit.
+/// Distances from the limit: a rod at a hinge's limit, alone and with a load fixed to its end, and
+/// a body at a slider's limit.
 fn limits_under_load(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let close = limits(0.5_f64.to_radians(), 0.1_f64.to_radians());
     for (load, mass) in [(0.0, 1.0), (0.0, 100.0), (100.0, 1.0)] {
@@ -270,7 +270,7 @@ fn limits_under_load(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let body = BodyDef::dynamic().with_shape(shape).with_mass(single(mass));
         let body = scene.add("body", body);
         let axes = Slider::of(JointAxis::limited(-1.0, 0.0));
-        // Its axis up, and the anchor beside the body.
+        // The axis points up, and the anchor is beside the body.
         let up = turn([0.0, 0.0, 1.0], FRAC_PI_2);
         add_joint(&mut scene, post, body, [0.3, 0.0, 0.0], up, axes)?;
         let mut run = lab.start(scene)?;

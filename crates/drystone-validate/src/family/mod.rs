@@ -1,4 +1,4 @@
-//! The tests, a file a family.
+//! The tests, one file per family.
 
 pub(crate) mod casts;
 pub(crate) mod flight;

@@ -1,7 +1,7 @@
 //! Robots: momentum and energy of many bodies on joints.
 //!
-//! The tests of SimBenchmark with ANYmal, as its description is today: 30.5 kg instead of 33.9 kg, and what
-//! fixed joints hold is one body.
+//! The tests of SimBenchmark with ANYmal in its current description: 30.5 kg instead of 33.9 kg.
+//! Links connected by fixed joints are one body.
 
 use std::path::Path;
 
@@ -27,10 +27,10 @@ pub(crate) const TESTS: &[Test] = &[
     ),
 ];
 
-/// Height of the robot [m].
+/// Initial height of the robot [m].
 const HEIGHT: f32 = 2.0;
 
-/// ANYmal in the air, its joints without limits; its parts do not collide with each other.
+/// ANYmal in the air, with joints without limits; its parts do not collide with each other.
 fn anymal() -> Result<Scene, EngineError> {
     let options = urdf::Options { base: urdf::Base::Floating, ground: None };
     let text = include_str!("../../data/anymal.urdf");
@@ -55,7 +55,8 @@ fn anymal() -> Result<Scene, EngineError> {
     Ok(scene)
 }
 
-/// The joints that keep links apart hold nothing, and nothing collides where they are not.
+/// Removes the joints that only keep links from colliding: they hold nothing, and nothing collides
+/// without them.
 fn without_ties(mut scene: Scene) -> Scene {
     scene.joints.retain(|j| matches!(j.kind, JointKind::SixDof(_)));
     scene

@@ -59,7 +59,7 @@ pub(crate) const TESTS: &[Test] = &[
     .swept(),
 ];
 
-/// A body that rolls about z, its surface and its I/(m r²).
+/// A body that rolls about z, with its surface and its I/(m r²).
 struct Round {
     name: &'static str,
     def: BodyDef,
@@ -73,7 +73,7 @@ impl Round {
         Self { name: "ball", def, radius: 0.5, inertia: 0.4 }
     }
 
-    /// With its axis along z.
+    /// A body with its axis along z.
     fn lying(name: &'static str, shape: ShapeDef, surface: Surface, inertia: f64) -> Self {
         let def = BodyDef::dynamic().with_shape(surface.on(shape).with_pose(along_z()));
         Self { name, def, radius: 0.5, inertia }
@@ -83,7 +83,7 @@ impl Round {
         Self::lying("cylinder", ShapeDef::cylinder(0.5, 0.5), surface, 0.5)
     }
 
-    /// All its mass at the radius.
+    /// A ring, with all its mass at the radius.
     fn ring(surface: Surface) -> Self {
         let mut ring = Self::lying("thin ring", ShapeDef::cylinder(0.05, 0.5), surface, 1.0);
         let (mass, r2) = (10.0, 0.25);
@@ -93,7 +93,8 @@ impl Round {
     }
 
     fn capsule(surface: Surface) -> Self {
-        // About its axis: a cylinder of height 2 c with m r²/2 and a ball with 2/5 m r², by volume.
+        // Inertia about its axis, weighted by volume: a cylinder of height 2 c with m r²/2, and a
+        // ball with 2/5 m r².
         let (r, c) = (0.5_f64, 0.5_f64);
         let (cylinder, ends) = (2.0 * c, 4.0 / 3.0 * r);
         let inertia = (0.5 * cylinder + 0.4 * ends) / (cylinder + ends);
@@ -105,7 +106,7 @@ fn along_z() -> drystone::Pose {
     drystone::Pose::new(Vec3::ZERO, turn([1.0, 0.0, 0.0], core::f64::consts::FRAC_PI_2))
 }
 
-/// What became of a body that was let go on a slope.
+/// Final state of a body released on a slope.
 struct Descent {
     time: f64,
     v: f64,
@@ -153,7 +154,7 @@ fn rolling_round(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let rough = Surface::rough(1.0);
     for round in [Round::cylinder(rough), Round::ring(rough), Round::capsule(rough)] {
         let a = G * slope.angle.sin() / (1.0 + round.inertia);
-        // The ring's inertia is given, which peers are not asked for: it then has no row.
+        // The ring has an explicit inertia, which peers need not support; it has no row then.
         match descend(lab, slope, 1.0, &round, 2.0) {
             Ok(end) => rows.relative(round.name, a * end.time, end.v, limits(0.02, 0.005)),
             Err(e) if lab.candidate.is_own() => return Err(e),
@@ -163,8 +164,8 @@ fn rolling_round(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A body thrown along the floor without spin: speed when it rolls, the time when slip ends, the way until
-/// then.
+/// A body thrown along the floor without spin: its rolling speed, the time when slip ends, and the
+/// distance until then.
 fn roll_out(lab: &Lab, round: &Round, v0: f64, mu: f64) -> Result<[f64; 3], EngineError> {
     let mut scene = empty("bowling");
     add_floor(&mut scene, Surface::rough(mu));
@@ -183,7 +184,8 @@ fn roll_out(lab: &Lab, round: &Round, v0: f64, mu: f64) -> Result<[f64; 3], Engi
             at_end = (run.time(), now.center[0], now.v[0]);
         }
     });
-    // From the last reading with slip on to its end, braked by friction.
+    // Extrapolates from the last reading with slip to the end of slip, with friction as the
+    // deceleration.
     let (time, x, v) = at_end;
     let rest = slip.time() - time;
     Ok([run.body(body).v[0], slip.time(), x + v * rest - 0.5 * mu * G * rest * rest])
@@ -218,8 +220,8 @@ fn roll_or_slip(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let rough = Surface::rough(mu);
     for round in [Round::ball(rough), Round::cylinder(rough)] {
         let limit = mu * (1.0 + 1.0 / round.inertia);
-        // Slip grows as t g (sin − µ cos (1 + 1/i)): half of that at least, or none to speak of: below a
-        // hundredth of the speed.
+        // Slip speed grows as t g (sin − µ cos (1 + 1/i)). A body slips if it reaches half of that,
+        // and rolls if slip is below a hundredth of its speed.
         let at = |part: f64| {
             let slope = Slope { angle: (part * limit).atan() };
             let end = descend(lab, slope, mu, &round, 2.0)?;
@@ -233,8 +235,9 @@ fn roll_or_slip(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A thin disc whose axis is tilted by 90° − a goes round on its edge while its center stays where it is. Without
-/// a figure of its own in the list: the rate over the first second, as for other rolling, 2 % and 0.5 %.
+/// A thin disc rolls on its edge while its center stays in place; its axis is tilted by 90° − a.
+/// The list of tests gives no limits here: 2 % and 0.5 % for the rate over the first second, as for
+/// other rolling.
 fn fixed_center(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for degrees in [10.0_f64, 20.0, 40.0] {
         let (a, radius, half_height) = (degrees.to_radians(), 0.5, 0.002);
@@ -243,7 +246,7 @@ fn fixed_center(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         add_floor(&mut scene, Surface::rough(1.0));
         // The axis leans by a toward +x; its lowest point is at +x.
         let axis = [a.sin(), a.cos(), 0.0];
-        // The center and the lowest point are at rest: w is along the line between them.
+        // The center and the lowest point are at rest, so w is along the line between them.
         let low = [a.cos(), -a.sin(), 0.0];
         let w = scale(low, -rate * a.sin());
         let height = radius * a.sin() + half_height * a.cos();
@@ -277,10 +280,10 @@ fn plate_on_balls(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Mean square error of a plate that is pushed after it has rested for so long [s].
+/// Mean squared error of a plate that is pushed after it has rested for `rest` [s].
 pub(super) fn pushed_plate(lab: &Lab, way: D3, rest: f64) -> Result<f64, EngineError> {
-    // The ground and the balls take the friction of the pair they make with the plate, as the geometric mean:
-    // plate 0.4²/0.8 = 0.2 with the ground at 0.8 gives 0.4, and with balls at 3.2 gives 0.8.
+    // Friction of a pair is the geometric mean. A plate of 0.4²/0.8 = 0.2 has 0.4 on the ground of
+    // 0.8, and 0.8 on balls of 3.2.
     let (plate_mu, ground_mu, ball_mu) = (0.2, 0.8, 3.2);
     let mut scene = empty("rolling");
     add_floor(&mut scene, Surface::rough(ground_mu));
@@ -304,7 +307,7 @@ pub(super) fn pushed_plate(lab: &Lab, way: D3, rest: f64) -> Result<f64, EngineE
         run.step();
         let t = run.time() - begin;
         let off = |body: usize, a: f64| norm(sub(run.body(body).v, scale(way, a * t))).powi(2);
-        // One ball as good as another: the mean of all.
+        // The mean over all balls, which are equivalent.
         let rolling = balls.iter().map(|ball| off(*ball, per_ball)).sum::<f64>() / count;
         sum += off(plate, a_plate) + rolling;
         steps += 1.0;
@@ -320,7 +323,7 @@ mod tests {
     fn the_plate_and_its_balls_accelerate_as_published() {
         let per_ball = (150.0 - 0.4 * 35.0 * 9.81) / 10.0 / (3.5 + 2.5);
         assert!((per_ball - 0.2110_f64).abs() < 5.0e-5);
-        // 12.66 N are left of the push; the balls take 25 × 0.211 N.
+        // A net force of 12.66 N remains of the push; the balls take 25 × 0.211 N.
         assert!(((150.0 - 137.34 - 25.0 * per_ball) / 10.0 - 0.7385_f64).abs() < 5.0e-5);
         assert!((G - 9.81).abs() < 1.0e-6);
     }
@@ -330,7 +333,7 @@ mod tests {
         let rough = Surface::rough(1.0);
         let capsule = Round::capsule(rough).inertia;
         assert!(Round::ball(rough).inertia < capsule && capsule < Round::cylinder(rough).inertia);
-        // And it is what the engine works out from the shape.
+        // The engine computes the same inertia from the shape.
         let mut world = drystone::World::default();
         let id = world.add_body(Round::capsule(rough).def).unwrap();
         let body = world.body(id).unwrap();

@@ -67,7 +67,7 @@ pub(crate) const TESTS: &[Test] = &[
     Test::new("G10", "free spin, 20 rad/s, 60 s", "axis", "L and E constant", free_spin),
 ];
 
-/// Drifts of a body that turns freely.
+/// Drifts of a freely rotating body.
 struct Drifts {
     momentum: f64,
     rotational: f64,
@@ -75,7 +75,7 @@ struct Drifts {
     flips: Vec<f64>,
 }
 
-/// Runs the first body of a scene and follows what should not change.
+/// Runs the first body of a scene and tracks the conserved quantities.
 fn follow(run: &mut Run, seconds: f64) -> Drifts {
     let start = run.body(0);
     let (l0, e0, total0) = (start.spin(), start.rotational_energy(), run.energy());
@@ -151,7 +151,8 @@ fn precession(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let (mut angle, mut last) = (0.0, 0.0_f64);
         run.until(10.0, |run| {
             let b = run.body(0).w_body();
-            // From x to −z is a positive turn about y; w turns so in the body's axes if I3 > I1.
+            // From x to −z is a positive rotation about y; w rotates that way in the body's axes if
+            // I3 > I1.
             let now = (-b[2]).atan2(b[0]);
             angle += near_zero(now - last);
             last = now;
@@ -161,13 +162,13 @@ fn precession(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// An angle brought to −π to π.
+/// Wraps an angle to −π to π.
 fn near_zero(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
 fn heavy_top(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
-    // A disc of 1 kg or so whose center is 0.1 m from the joint.
+    // A disc of about 1 kg whose center is 0.1 m from the joint.
     let (radius, height, arm, spin) = (0.1, 0.02, 0.1, 300.0);
     for degrees in [20.0_f64, 45.0, 70.0] {
         let t = degrees.to_radians();
@@ -177,7 +178,8 @@ fn heavy_top(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let (a, b) = (across * t.cos(), axial * spin);
         let precession = 2.0 * weight / (b + (b * b - 4.0 * a * weight).sqrt());
         let axis = [t.sin(), t.cos(), 0.0];
-        // w is the spin along the axis in all: what precession adds to it is taken off.
+        // The spin is the total rate along the axis, so the component that precession adds is
+        // subtracted.
         let w = add(scale(axis, spin - precession * t.cos()), [0.0, precession, 0.0]);
         let center = scale(axis, arm);
         let mut scene = empty("heavy top");
@@ -219,8 +221,8 @@ fn boxes_simple(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// At steps of 1 ms ODE, Bullet, Simbody and DART are off by 1.3e-2, 1.2e-2, 6.4e-3 and 2.2 in L, by
-/// 1.2e-2, 1.4e-2, 6.2e-3 and 3.8e-2 in E, and by 49, 49, 25 and 49 mm in place.
+/// Errors of ODE, Bullet, Simbody and DART at steps of 1 ms: in L 1.3e-2, 1.2e-2, 6.4e-3 and 2.2;
+/// in E 1.2e-2, 1.4e-2, 6.2e-3 and 3.8e-2; in position 49, 49, 25 and 49 mm.
 fn boxes_complex(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let v = [-2.0, 2.0, 8.0];
     let mut scene = empty("boxes, complex");
@@ -237,12 +239,13 @@ fn boxes_complex(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// First change of sign and time between two, for moments I1 < I2 < I3 and w2 near all of w.
+/// Time of the first sign change and time between two, for moments I1 < I2 < I3 and w mostly along
+/// axis 2.
 pub(crate) fn flip_times([i1, i2, i3]: D3, w: D3) -> (f64, f64) {
     let squares = [i1 * w[0] * w[0], i2 * w[1] * w[1], i3 * w[2] * w[2]];
     let twice_t = squares[0] + squares[1] + squares[2];
     let l2 = i1 * squares[0] + i2 * squares[1] + i3 * squares[2];
-    // The formula is for L² < 2 T I2; else the first and third axis change places.
+    // The formula assumes L² < 2 T I2; otherwise the first and third axis are swapped.
     let (i1, i3) = if l2 < twice_t * i2 { (i1, i3) } else { (i3, i1) };
     let p2 = (i2 - i1) * (twice_t * i3 - l2) / (i1 * i2 * i3);
     let m = (i3 - i2) * (l2 - twice_t * i1) / ((i2 - i1) * (twice_t * i3 - l2));

@@ -1,4 +1,4 @@
-//! What rests on something: weight, tipping, piles, columns, arches.
+//! Bodies at rest on others: weight, tipping, piles, columns, arches.
 
 use core::f64::consts::PI;
 
@@ -93,7 +93,7 @@ fn floor_force(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let floor = add_floor(&mut scene, Surface::rough(0.5));
     let mut walls = BodyDef::fixed();
     for normal in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]] {
-        // Without friction: the floor carries all.
+        // Walls have no friction, so that the floor carries the whole weight.
         let wall = ShapeDef::half_space(normal, -0.95);
         walls = walls.with_shape(Surface::rough(0.0).on(wall));
     }
@@ -117,7 +117,7 @@ fn floor_force(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Tilt of a box of 0.5 × 1 m on a slope after 10 s against the slope [rad].
+/// Tilt of a box of 0.5 × 1 m relative to its slope after 10 s [rad].
 fn tilt_on_slope(lab: &Lab, part: f64) -> Result<f64, EngineError> {
     let slope = Slope { angle: part * 0.5_f64.atan() };
     let surface = Surface::rough(2.0);
@@ -150,14 +150,14 @@ fn column(masses: &[f64]) -> Scene {
     scene
 }
 
-/// What became of something that should rest.
+/// Final state of a structure that should stay at rest.
 struct Rest {
     stands: bool,
-    /// How far the body that moved most sideways has gone [m].
+    /// Maximum sideways displacement of a body [m].
     drift: f64,
-    /// How far the body that came down farthest has come [m].
+    /// Maximum descent of a body [m].
     sag: f64,
-    /// The deepest overlap of ten looks [m].
+    /// Maximum overlap at ten moments [m].
     depth: f64,
 }
 
@@ -168,16 +168,16 @@ fn rest(lab: &Lab, scene: Scene, seconds: f64) -> Result<Rest, EngineError> {
         run.until(seconds * f64::from(look) / 10.0, |_| {});
         depth = worst(depth, run.overlap()?.0);
     }
-    // A heap of ruins may have no overlap: that is no depth of a column.
+    // A collapsed heap may have no overlap; that does not measure the depth of a column.
     let stands = run.stands();
     let (drift, sag) = run.drift_and_sag();
     Ok(Rest { stands, drift, sag, depth: if stands { depth } else { f64::NAN } })
 }
 
-/// What the top of a column of `n` unit cubes may sink [m]: 0.5, 2.5, 5 and 15 cm for 10, 30, 50 and 100 of
-/// them, by straight lines between. Contacts that may be 6 mm deep each, as A36 has it, make the top
-/// of 20 cubes sink by more than the 5 mm that it may drift: drift is how far a column walks, which goes on
-/// for as long as it stands; it sinks once, and that is a row of its own.
+/// Maximum descent of the top of a column of `n` unit cubes [m]: 0.5, 2.5, 5 and 15 cm for 10, 30,
+/// 50 and 100 cubes, with linear interpolation. A36 allows contacts 6 mm deep. The top of 20 cubes
+/// therefore sinks more than the 5 mm it may drift. Drift continues for as long as the column
+/// stands. Sinking happens once, so it has its own row.
 fn column_sag(n: usize) -> f64 {
     let known: [(usize, f64); 4] = [(10, 0.005), (30, 0.025), (50, 0.05), (100, 0.15)];
     let after = known.partition_point(|(count, _)| *count < n).clamp(1, known.len() - 1);
@@ -190,16 +190,16 @@ fn stack(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let count = usize::from(n);
         let Rest { drift, sag, depth, .. } = rest(lab, column(&vec![1000.0; count]), 60.0)?;
         rows.at_most(format!("{n}, drift"), drift, Unit::Meter, limits(0.005, 0.0005));
-        // Great: half a millimeter for each contact, as below.
+        // `great`: half a millimeter per contact, as for the depth below.
         let great = 0.0005 * f64::from(n);
         rows.at_most(format!("{n}, sag"), sag, Unit::Meter, limits(column_sag(count), great));
-        // The usual slop, 5 mm, and 1 mm.
+        // `must`: the usual slop, 5 mm, and 1 mm.
         rows.at_most(format!("{n}, depth"), depth, Unit::Meter, limits(0.006, 0.0005));
     }
     Ok(())
 }
 
-/// A flat pyramid of cubes of edge `size`, its top `ratio` times as heavy as another.
+/// A flat pyramid of cubes of edge `size`; its top cube is `ratio` times as heavy as the others.
 fn pyramid(base: usize, size: f64, ratio: f64) -> Scene {
     let mut scene = empty("pyramid");
     add_floor(&mut scene, Surface::rough(0.6));
@@ -229,7 +229,7 @@ fn mass_ratio(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Whether a scene of the catalog stands.
+/// Whether a scene of the catalog still stands after `seconds`.
 fn named_stands(lab: &Lab, spec: &str, seconds: f64) -> Result<bool, EngineError> {
     let mut run = lab.start(lab.named(spec)?)?;
     run.until(seconds, |_| {});
@@ -244,21 +244,23 @@ fn masonry(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Six floors of 8 base bricks of 0.05 × 0.25 × 0.1 m and 9 wall bricks of 0.2 × 0.05 × 0.1 m, 10 kg each. The
-/// published scene gives sizes and numbers; how they are laid is ours: the base bricks are spokes, 8 wall bricks
-/// go from spoke to spoke, the ninth lies across the inner ends of two.
+/// Six floors of 8 base bricks of 0.05 × 0.25 × 0.1 m and 9 wall bricks of 0.2 × 0.05 × 0.1 m, 10
+/// kg each. The published scene gives sizes and numbers; the layout is ours. The base bricks are
+/// spokes, 8 wall bricks connect neighboring spokes, and the ninth lies across the inner ends of
+/// two.
 fn kapla(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let mut scene = empty("kapla");
     add_floor(&mut scene, Surface::rough(0.8));
     let step = PI / 4.0;
-    // So that wall bricks of 0.2 m do not meet at the inner corners: 0.2 + 0.05 tan(22.5°), and a millimeter.
+    // Keeps wall bricks of 0.2 m apart at the inner corners: 0.2 + 0.05 tan(22.5°), and a
+    // millimeter.
     let side = 0.2 + 0.05 * (0.5 * step).tan() + 0.001;
     let radius = 0.5 * side / (0.5 * step).sin();
     let mut brick = |size: [f64; 3], from_middle: f64, height: f64, angle: f64| {
         let place = [from_middle * angle.cos(), height, from_middle * angle.sin()];
         let def = block(size, narrow(place), Surface::rough(0.8)).with_mass(10.0);
         let name = format!("brick {}", scene.bodies.len());
-        // Its z axis along the radius.
+        // The brick's z axis is along the radius.
         scene.add(name, def.with_rotation(turn([0.0, 1.0, 0.0], 0.5 * PI - angle)));
     };
     for floor in 0..6 {
@@ -294,11 +296,11 @@ fn balls_666(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Over all pairs of balls of 0.1 m and the ground [m²].
+/// Sum of squared depths over all pairs of balls of 0.1 m, and balls and the ground [m²].
 fn squared_depths(run: &Run) -> f64 {
     let mut places: Vec<[f64; 3]> = run.dynamic().map(|body| run.body(body).center).collect();
     let mut sum = 0.0;
-    // Sorted along x, only near ones are compared; what is no number stays one in the sum.
+    // Balls are sorted along x, and only near ones are compared; NaN stays NaN in the sum.
     places.sort_by(|a, b| a[0].total_cmp(&b[0]));
     for (i, a) in places.iter().enumerate() {
         let low = 0.1 - a[1];
@@ -316,7 +318,7 @@ fn tilted_column(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let angle = part * 0.25_f64.atan();
         let mut scene = empty("tilted column");
         add_floor(&mut scene, Surface::rough(1.0));
-        // Tilted about its right lower edge, which stays where it is.
+        // Tilted about its lower right edge, which stays in place.
         let (s, c) = angle.sin_cos();
         let place = [0.5 - 0.5 * c + 2.0 * s, 0.5 * s + 2.0 * c, 0.0];
         let def = block([1.0, 4.0, 1.0], narrow(place), Surface::rough(1.0));
@@ -331,7 +333,7 @@ fn tilted_column(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Boxes of 1 × 0.5 × 1 m, each as far to the right of the one below as told [m].
+/// Boxes of 1 × 0.5 × 1 m, each offset to the right of the one below by the given distance [m].
 fn leaning(lab: &Lab, offsets: &[f64]) -> Result<bool, EngineError> {
     let mut scene = empty("overhang");
     add_floor(&mut scene, Surface::rough(0.8));
@@ -347,13 +349,13 @@ fn leaning(lab: &Lab, offsets: &[f64]) -> Result<bool, EngineError> {
 }
 
 fn overhang(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
-    // The nine upper boxes are what the lowest one must carry.
+    // The lowest box must carry the nine others.
     let constant = |part: f64| {
         let mut offsets = [0.1 * part; 10];
         offsets[0] = 0.0;
         leaning(lab, &offsets)
     };
-    // The k-th from the top juts out by w/(2 k).
+    // The k-th box from the top overhangs by w/(2 k).
     let harmonic = |part: f64| {
         let mut offsets: Vec<f64> = (1..10).map(|k| part * 0.5 / f64::from(k)).collect();
         offsets.push(0.0);
@@ -384,7 +386,7 @@ fn falling_columns(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// When the top of a leaning column is below 7/10 of its height [s]; infinite if it is not within 12 s.
+/// Time when the top of a leaning column falls below 7/10 of its height [s]; infinite after 12 s.
 fn fall_time(lab: &Lab, lean: f64) -> Result<f64, EngineError> {
     let scene = lab.named(&format!("leaning_stack:n=10,lean={lean}"))?;
     let top = scene.bodies.len() - 1;
@@ -450,7 +452,7 @@ fn houses(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A half ring of stones of mean radius 2.5 m.
+/// A half ring of stones with a mean radius of 2.5 m.
 fn ring(stones: u32, thickness: f64) -> Result<Scene, EngineError> {
     let mut scene = empty("ring");
     add_floor(&mut scene, Surface::rough(0.7));
