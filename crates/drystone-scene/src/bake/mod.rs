@@ -35,7 +35,7 @@ pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<Ending
 }
 
 /// Writes the objects of an `.obj` file with a mesh each, and `motion` as their animation, as
-/// [`write`] does.
+/// [`write()`] does.
 ///
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.

@@ -19,7 +19,7 @@ pub struct SceneBody {
 pub struct SceneJoint {
     /// The scene's own name for it; may be empty.
     pub name: String,
-    /// Number of the first body in [`Scene::bodies`].
+    /// Number of the first body in [`Scene::bodies`](super::Scene::bodies).
     pub body_a: usize,
     /// Number of the second body.
     pub body_b: usize,
@@ -44,7 +44,7 @@ pub struct SceneJoint {
 /// Holds `coordinate b = ratio · coordinate a + offset` between two joints of six axes of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneCoupling {
-    /// Number of the joint that is followed, in [`Scene::joints`].
+    /// Number of the joint that is followed, in [`Scene::joints`](super::Scene::joints).
     pub joint_a: usize,
     /// Its axis.
     pub axis_a: Axis,
@@ -63,7 +63,7 @@ pub struct SceneCoupling {
 pub struct SceneFrame {
     /// Its name, in traces; unique among bodies and frames of its scene.
     pub name: String,
-    /// Number of the body in [`Scene::bodies`].
+    /// Number of the body in [`Scene::bodies`](super::Scene::bodies).
     pub body: usize,
     /// Where it is [frame of the body].
     pub pose: Pose,
@@ -77,7 +77,7 @@ pub struct SceneFrame {
 pub struct SceneHold {
     /// Number of the particle in its strand.
     pub particle: usize,
-    /// Number of the body in [`Scene::bodies`].
+    /// Number of the body in [`Scene::bodies`](super::Scene::bodies).
     pub body: usize,
     /// Where [m, frame of the body].
     pub point: Vec3,

@@ -29,7 +29,7 @@ pub enum Script {
         degrees_per_step: f32,
     },
     /// Before steps `every`, 2 `every`, … (counted from 0) one more of `bodies` is added, in order,
-    /// until all are there. They are not in [`Scene::bodies`].
+    /// until all are there. They are not in [`Scene::bodies`](super::Scene::bodies).
     Drop {
         /// Steps between two of them.
         every: u64,

@@ -554,11 +554,11 @@ fn shapes_without_a_world_say_who_cannot_be_asked_and_which_number_is_wrong() {
     let lost = Pose::at([f32::NAN, 0.0, 0.0]);
     let bad = Shape::sphere(f32::NAN);
     for (refused, field) in [
-        (plane.closest_points(here, &mesh, here, 1.0).unwrap_err(), "other is mesh"),
-        (mesh.distance(here, &mesh, here).unwrap_err(), "other is mesh"),
-        (mesh.overlaps(here, &plane, here).unwrap_err(), "other is half-space"),
-        (plane.contacts(here, &plane, here, 0.0).unwrap_err(), "other is half-space"),
-        (mesh.cast(here, Vec3::Y, &ball, here).unwrap_err(), "shape is mesh"),
+        (plane.closest_points(here, &mesh, here, 1.0).unwrap_err(), "(got mesh)"),
+        (mesh.distance(here, &mesh, here).unwrap_err(), "(got mesh)"),
+        (mesh.overlaps(here, &plane, here).unwrap_err(), "(got half-space)"),
+        (plane.contacts(here, &plane, here, 0.0).unwrap_err(), "(got half-space)"),
+        (mesh.cast(here, Vec3::Y, &ball, here).unwrap_err(), "(got mesh)"),
         (ball.distance(lost, &ball, here).unwrap_err(), "pose.position"),
         (ball.distance(here, &ball, lost).unwrap_err(), "other_pose.position"),
         (ball.distance(here, &bad, here).unwrap_err(), "other.radius"),

@@ -512,7 +512,7 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     let equal = LinkDef::new(a, b, LinkKind::Equal);
     assert!(refused(&mut world, equal.with_length(0.0)).contains("length"));
     assert!(refused(&mut world, equal.with_length(f32::NAN)).contains("length"));
-    assert!(refused(&mut world, LinkDef { b: a, ..equal }).contains("another particle"));
+    assert!(refused(&mut world, LinkDef { b: a, ..equal }).contains("other than `a`"));
     assert!(
         refused(&mut world, LinkDef { tear_force: Some(-1.0), ..equal }).contains("tear_force")
     );

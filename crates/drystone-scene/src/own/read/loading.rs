@@ -12,7 +12,7 @@ use crate::read::mesh_file::MeshFiles;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
-    /// Reads the glTF file that gives [`Scene::visuals`], too.
+    /// Reads the glTF file that gives [`Scene::visuals`](crate::scene::Scene::visuals), too.
     pub visuals: bool,
 }
 

@@ -23,7 +23,8 @@ pub struct SleepConfig {
     pub enabled: bool,
     /// Speed below which a body is slow, for its fastest point [m/s], at least 0; default 0.05.
     /// Faster bodies never sleep. Slower bodies sleep if they are also still. With 0 nothing
-    /// sleeps. It is multiplied by [`WorldConfig::length_scale`]; a body's own
+    /// sleeps. It is multiplied by
+    /// [`WorldConfig::length_scale`](crate::WorldConfig::length_scale); a body's own
     /// [`sleep_speed`](crate::BodyDef::sleep_speed) is not.
     pub speed: f32,
     /// Time for which all bodies of an island must be still [s], at least 0; default 0.5. The
