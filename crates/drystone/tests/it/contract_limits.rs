@@ -235,7 +235,7 @@ fn a_particle_that_is_put_aside_is_out_of_the_world() {
     assert_eq!(world.state_hash(), other.state_hash());
 }
 
-/// One of two balls on a weak spring is lost: the other goes on, and nothing of the lost one is met.
+/// One of two balls on a weak spring is lost: the other moves on, and no query finds the lost one.
 #[test]
 fn a_body_that_is_put_aside_is_out_of_the_world() {
     let mut world = World::default();
