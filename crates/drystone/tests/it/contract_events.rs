@@ -1,4 +1,4 @@
-//! Every list of events is in the order that the manual promises, for any number of threads.
+//! Every list of events has the order promised by the manual, for any number of threads.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use drystone::{BodyDef, BodyId, JointDef, ShapeDef, Vec3, World, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Balls that fall on each other and on a floor, through a sensor. Every third one was removed and
-/// added again from the last to the first, so that ids follow neither places nor the order of adding.
+/// Balls that fall on each other and on a floor, through a sensor. Every third ball was removed and
+/// added again in reverse order, so that ids follow neither positions nor the order of adding.
 fn heap() -> (World, Vec<BodyId>) {
     let mut world = World::default();
     let plane = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0).with_friction(1.0);
@@ -36,7 +36,7 @@ fn heap() -> (World, Vec<BodyId>) {
     (world, bodies)
 }
 
-/// Panics unless every list is in its order; counts the events of each.
+/// Checks that every list is in order, and counts the events of each.
 fn look(events: &Events, step: u64, counts: &mut [usize; 13]) {
     let e = events;
     assert!(e.contact_begin.is_sorted_by_key(|e| (e.shape_a, e.shape_b)), "{step}");
@@ -77,7 +77,8 @@ fn look(events: &Events, step: u64, counts: &mut [usize; 13]) {
     counts.iter_mut().zip(lengths).for_each(|(count, n)| *count += n);
 }
 
-/// Joints and links that break, particles on bodies that are removed, and bodies and particles that leave what can be computed with.
+/// Causes broken joints and links, particles on removed bodies, and bodies and particles that leave
+/// the range of computation.
 fn trouble(world: &mut World, bodies: &[BodyId]) {
     let ends: Vec<_> = (0..8_u8)
         .map(|i| {
@@ -121,7 +122,7 @@ fn run(threads: usize) -> (Vec<Events>, [usize; 13]) {
     let (mut all, mut counts) = (Vec::new(), [0; 13]);
     for step in 0..420_u64 {
         match step {
-            // 1e9 m/s² within a step puts them aside.
+            // 1e9 m/s² within a step disables them.
             200 => {
                 for body in [bodies[40], bodies[3], bodies[21]] {
                     world.body_mut(body).unwrap().set_gravity_scale(1.0e3);
@@ -138,7 +139,7 @@ fn run(threads: usize) -> (Vec<Events>, [usize; 13]) {
         }
         look(world.events(), step, &mut counts);
         all.push(world.events().clone());
-        // A body that was put aside did not fall asleep.
+        // A disabled body did not fall asleep.
         let aside = |f: &drystone::events::Fault| f.body;
         let events = world.events();
         let faulted = events.faults.iter().filter(|f| f.kind == FaultKind::NotFinite);

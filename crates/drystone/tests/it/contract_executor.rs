@@ -1,5 +1,5 @@
-//! Executors that do not keep their contract, and code of users that panics: nothing that safe code does can break memory, hang a
-//! step, change its result or leave a world that cannot go on.
+//! Executors that violate their contract, and user code that panics. No safe code can corrupt
+//! memory, hang a step, change its result, or leave a world that cannot continue.
 
 use std::any::Any;
 use std::collections::BTreeSet;
@@ -17,7 +17,7 @@ const DT: f32 = 1.0 / 60.0;
 
 type Task<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// What an executor does with the chunks of a phase; counts the phases.
+/// An executor with a custom way to run the chunks of a phase; counts the phases.
 struct Liar<W, R> {
     workers: W,
     run: R,
@@ -43,7 +43,7 @@ where
         (self.run)(self.phase.fetch_add(1, Ordering::Relaxed), chunks, task);
     }
 
-    /// All phases at once.
+    /// Runs all phases in one call.
     fn run_in_series(
         &self,
         phases: usize,
@@ -59,7 +59,8 @@ where
     }
 }
 
-/// One that says how many workers it has, phase by phase, and does this with (phase, chunks, task).
+/// An executor that reports a number of workers for each phase, and runs (phase, chunks, task) with
+/// a function.
 fn liar(
     workers: impl Fn(usize) -> usize + Send + Sync + 'static,
     run: impl Fn(usize, usize, Task<'_>) + Send + Sync + 'static,
@@ -67,7 +68,7 @@ fn liar(
     Arc::new(Liar { workers, run, phase: AtomicUsize::new(0) })
 }
 
-/// Every chunk by every one of some threads.
+/// Runs every chunk on every one of some threads.
 fn on_threads(threads: usize, chunks: usize, task: Task<'_>) {
     let go = Barrier::new(threads);
     std::thread::scope(|scope| {
@@ -85,7 +86,8 @@ fn in_order(chunks: usize, task: Task<'_>) {
     (0..chunks).for_each(|chunk| task(0, chunk));
 }
 
-/// Bodies that overlap a little, so that most push each other from the first step; a rope of hinged rods, and a cloth above.
+/// Bodies that overlap slightly, so that most push each other from the first step; a rope of hinged
+/// rods, and a cloth above.
 fn pile() -> World {
     let mut world = World::default();
     world
@@ -120,7 +122,7 @@ fn pile() -> World {
     world
 }
 
-/// Hashes after each of so many steps, by the calling thread alone.
+/// Hashes after each of `steps` steps, by the calling thread alone.
 fn hashes(steps: usize) -> Vec<u64> {
     let mut world = pile();
     (0..steps)
@@ -131,7 +133,7 @@ fn hashes(steps: usize) -> Vec<u64> {
         .collect()
 }
 
-/// The world is as good as any: it steps, is written and read, and goes on as the other does.
+/// Checks that the world is intact: it steps, saves and loads, and continues like the restored one.
 fn goes_on(world: &mut World) {
     world.set_executor(Arc::new(Inline));
     let mut other = World::restore(&world.snapshot()).unwrap();
@@ -224,7 +226,7 @@ fn an_executor_that_lies_changes_nothing() {
     }
 }
 
-/// A single phase in which each chunk is run by two threads at once was enough for a double free.
+/// A single phase in which two threads run each chunk at once was enough for a double free.
 #[test]
 fn a_phase_that_runs_twice_at_once_changes_nothing() {
     let expected = hashes(4);
@@ -295,11 +297,11 @@ fn a_step_whose_observer_panics_is_done_to_its_end() {
     }
 }
 
-/// Workers that take part in a phase whose chunks wait for each other.
+/// Number of workers that take part in a phase whose chunks wait for each other.
 fn present(team: &Team) -> usize {
     let workers = team.workers();
     let (all_here, seen) = (Barrier::new(workers), Mutex::new(BTreeSet::new()));
-    // A worker that has a chunk cannot have a second one before all have one.
+    // No worker can get a second chunk before all have one.
     team.run(workers, &|worker, _| {
         all_here.wait();
         seen.lock().unwrap().insert(worker);
@@ -313,7 +315,8 @@ fn a_team_works_on_with_all_its_workers_after_a_panic() {
         for bad in [0, 1, 3] {
             let team = Team::with_threads(4);
             for _ in 0..20 {
-                // What the task borrows is gone when this is left; a worker that still had it would see other numbers.
+                // The data that the task borrows is freed on return; a worker still running it
+                // would read other numbers.
                 let numbers = vec![7_usize; 100];
                 let late = AtomicBool::new(false);
                 let all_here = Barrier::new(4);
@@ -350,7 +353,7 @@ fn what_every_chunk_panics_with_comes_to_the_caller_once() {
         }));
         assert_eq!(outcome.unwrap_err().downcast_ref(), Some(&round));
     }
-    // The count of the chunks is a caller's code too.
+    // The executor's count of chunks is user code too.
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         team.run_in_series(
             3,
@@ -405,7 +408,7 @@ fn a_world_is_the_same_while_threads_of_the_program_join_and_leave() {
     for expected in expected.chunks(4) {
         let leave = AtomicBool::new(false);
         std::thread::scope(|scope| {
-            // One more than there are seats.
+            // One thread more than there are seats.
             (0..4).for_each(|_| drop(scope.spawn(|| team.join(&leave))));
             for hash in expected {
                 world.step(DT);
@@ -416,7 +419,7 @@ fn a_world_is_the_same_while_threads_of_the_program_join_and_leave() {
     }
 }
 
-/// A fork of a process has one thread: its team's workers are not there.
+/// A forked process has one thread: its team's workers do not exist.
 #[cfg(target_os = "linux")]
 mod fork {
     #![expect(unsafe_code, reason = "a fork is a system call")]
@@ -430,11 +433,11 @@ mod fork {
         fn _exit(status: i32) -> !;
     }
 
-    /// In the child: 0 if all is well.
+    /// Runs in the child: 0 if everything works.
     fn child(mut world: World, expected: u64) -> i32 {
         world.step(DT);
         let same = world.state_hash() == expected;
-        // The world, and its team with it.
+        // Drops the world, and its team with it.
         drop(world);
         i32::from(!same)
     }
@@ -442,7 +445,8 @@ mod fork {
     #[test]
     fn a_fork_works_alone_and_ends() {
         let expected = hashes(3);
-        // Workers that look out for the next series, and such that sleep; threads that joined do the same.
+        // Workers that spin for the next series, and workers that sleep; the same for threads that
+        // joined.
         for (pause, is_hosted) in [(0, false), (20, false), (0, true), (20, true)] {
             let team = Arc::new(if is_hosted { Team::hosted(4) } else { Team::with_threads(4) });
             let leave = Arc::new(AtomicBool::new(false));
@@ -456,23 +460,24 @@ mod fork {
             world.step(DT);
             world.step(DT);
             std::thread::sleep(Duration::from_millis(pause));
-            // SAFETY: the child only computes and allocates, which glibc provides for, and leaves by `_exit`.
+            // SAFETY: the child only computes and allocates, which glibc supports, and leaves by
+            // `_exit`.
             let process = unsafe { fork() };
             if process == 0 {
                 let status = child(world, expected[2]);
-                // SAFETY: ends this process; nothing is to be flushed.
+                // SAFETY: ends this process; no buffer needs flushing.
                 unsafe { _exit(status) };
             }
             let mut status = -1;
             for _ in 0..1000 {
-                // SAFETY: `status` is there; 1 is WNOHANG.
+                // SAFETY: `status` is valid; 1 is WNOHANG.
                 if unsafe { waitpid(process, &raw mut status, 1) } != 0 {
                     break;
                 }
                 std::thread::sleep(Duration::from_millis(10));
             }
             if status == -1 {
-                // SAFETY: ends the child that hangs; 9 is SIGKILL.
+                // SAFETY: kills a child that hangs; 9 is SIGKILL.
                 unsafe { kill(process, 9) };
             }
             assert_eq!(status, 0, "exit status of the child, -1 if it hung");

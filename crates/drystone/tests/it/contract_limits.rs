@@ -1,4 +1,5 @@
-//! What a user passes is computed with or refused by name, and what is put aside is out of the world whole.
+//! User input is either processed or refused by name, and a disabled object is completely out of
+//! the world.
 
 use std::sync::Arc;
 
@@ -32,7 +33,7 @@ fn speed(world: &World, body: BodyId) -> f32 {
     world.body(body).unwrap().linear_velocity().length()
 }
 
-/// Every number that can be asked for.
+/// Whether every number that a user can get is finite.
 fn all_finite(world: &World) -> bool {
     let bodies = world.bodies().all(|b| {
         let vectors = [
@@ -107,7 +108,7 @@ fn the_search_for_the_nearest_shape_ends_however_small_the_shape_is_for_its_plac
     let def = BodyDef::fixed().with_position([1003.0, 1000.0, 1000.0]);
     let body = world.add_body(def.with_shape(sphere)).unwrap();
     let pose = Pose::at([1000.0, 1000.0, 1000.0]);
-    // An ulp of 1000 m is 6e-5 m: the shape's box has no size there.
+    // An ulp at 1000 m is 6e-5 m, so the shape's bounding box has no extent there.
     let tiny = Shape::sphere(1.0e-5);
     let nearest = world.query().nearest_shape(&tiny, pose, 10.0, Filter::default());
     let nearest = nearest.unwrap().unwrap();
@@ -162,8 +163,8 @@ fn a_step_too_short_to_compute_with_passes_no_time() {
     }
 }
 
-/// At rest the errors of links are micrometers. A short step is no reason to turn them into speed: no more than what
-/// gravity gives in a step of 1/60 s.
+/// At rest the errors of links are micrometers. A short step must not turn them into speed beyond
+/// the speed gravity adds in a step of 1/60 s.
 #[test]
 fn one_short_step_gives_what_rests_no_speed() {
     for dt in [1.0e-3, 1.0e-4, 1.0e-5, 1.0e-6] {
@@ -188,13 +189,14 @@ fn one_short_step_gives_what_rests_no_speed() {
             let jump = (v - before).length();
             assert!(jump < 9.81 * DT, "{dt}: {jump} m/s");
         }
-        // And it rests on.
+        // It stays at rest.
         (0..60).for_each(|_| world.step(DT));
         assert!(all_finite(&world) && world.events().faults.is_empty());
     }
 }
 
-/// A particle that gravity takes beyond what can be computed with; a weak spring ties it to another.
+/// Gravity takes a particle out of the range of computation; a weak spring ties it to another
+/// particle.
 #[test]
 fn a_particle_that_is_put_aside_is_out_of_the_world() {
     let config = WorldConfig { gravity: vec3(0.0, -1.0e6, 0.0), ..WorldConfig::default() };
@@ -215,7 +217,7 @@ fn a_particle_that_is_put_aside_is_out_of_the_world() {
         let before = world.particle(near).unwrap().velocity();
         world.step(DT);
         assert!(world.events().faults.is_empty() && all_finite(&world));
-        // The link does not act, so nothing does.
+        // The link is inactive, so no force acts.
         assert_eq!(world.particle(near).unwrap().velocity(), before);
     }
     assert!(world.link(link).unwrap().tension().abs() < f32::MIN_POSITIVE);
@@ -227,13 +229,13 @@ fn a_particle_that_is_put_aside_is_out_of_the_world() {
         w.particle_mut(lost).unwrap().set_position([3.0, 0.0, 0.0]);
         (0..5).for_each(|_| w.step(DT));
         assert!(!w.particle(lost).unwrap().is_faulted());
-        // It is back, and its spring with it: 1e-3 N/m on 2 m more or less.
+        // The particle and its spring are back: 1e-3 N/m at about 2 m.
         assert!(w.particle(lost).unwrap().velocity() != Vec3::ZERO);
     }
     assert_eq!(world.state_hash(), other.state_hash());
 }
 
-/// One of two balls on a weak spring is lost: the other goes on, and nothing of the lost one is met.
+/// One of two balls on a weak spring is lost: the other moves on, and no query finds the lost one.
 #[test]
 fn a_body_that_is_put_aside_is_out_of_the_world() {
     let mut world = World::default();
@@ -262,7 +264,7 @@ fn a_body_that_is_put_aside_is_out_of_the_world() {
     world.body_mut(near).unwrap().set_linear_velocity([1.0, 0.0, 0.0]);
     for _ in 0..60 {
         world.step(DT);
-        // Its spring does not act: it flies on.
+        // Its spring is inactive, so it flies on.
         assert!((speed(&world, near) - 1.0).abs() < 1.0e-5 && all_finite(&world));
     }
     assert_eq!(world.joint(joint).unwrap().force(), Vec3::ZERO);
@@ -296,7 +298,7 @@ fn a_contact_with_what_is_put_aside_ends() {
         count(&world, &mut begun, &mut ended);
     }
     assert_eq!(world.contacts().count(), 2);
-    // Beyond what is kept, in one step: 1e6 m/s for 10 s from 1e7 m is not, so gravity helps.
+    // Beyond the range in one step: 1e6 m/s for 10 s from 1e7 m is not enough, so gravity helps.
     world.set_gravity([1.0e6, 0.0, 0.0]);
     world.body_mut(lost).unwrap().set_gravity_scale(1.0e3);
     world.body_mut(top).unwrap().set_gravity_scale(0.0);
@@ -465,7 +467,7 @@ fn calls_that_would_lead_beyond_are_refused_and_change_nothing() {
     refused("ray", ray, "delta");
     assert_eq!(world.state_hash(), before);
     assert!(all_finite(&world));
-    // The next step names the calls in their order, the step after it has none.
+    // The next step names the calls in order; the step after it names none.
     world.step(DT);
     let told: Vec<FaultKind> = world.events().faults.iter().map(|fault| fault.kind).collect();
     let made: Vec<FaultKind> = calls.iter().map(|(call, _)| FaultKind::Refused(*call)).collect();
@@ -484,8 +486,8 @@ fn what_is_static_has_no_velocity_whatever_was_said() {
     assert_eq!(world.body(body).unwrap().linear_velocity(), Vec3::ZERO);
 }
 
-/// Joints that are made far from where they meet close at 10 m/s and 3 besides, whatever the distance. What pulls at an
-/// arm turns the body as well: 0.5 m at 26 rad/s are as much again. 60 m/s are beyond all of these together.
+/// Joints that are made far apart close at 10 m/s plus 3 m/s at any distance. A pull at an arm also
+/// rotates the body: 0.5 m at 26 rad/s adds the same again. 60 m/s exceeds the sum of all these.
 #[test]
 fn joints_that_cannot_be_met_have_a_limit_of_speed() {
     for d in [0.5_f32, 2.0, 10.0, 100.0, 1.0e3] {
@@ -516,8 +518,9 @@ fn joints_that_cannot_be_met_have_a_limit_of_speed() {
 
 #[test]
 fn a_world_whose_joints_give_more_than_f32_has_can_be_saved() {
-    // A beam of 20,000 km hangs on a pebble at its middle, in overlap with a ball: its moment of inertia is 1e24
-    // kg m², and the squares of what turns it are beyond f32. Sums of impulses are known because a joint can break.
+    // A beam of 20,000 km hangs from a pebble at its middle and overlaps a ball. Its moment of
+    // inertia is 1e24 kg m², so squares of torques exceed f32. Sums of impulses are tracked because
+    // a joint can break.
     let mut world = World::new(WorldConfig::default()).unwrap();
     ground(&mut world);
     let stone = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(1.0))).unwrap();

@@ -1,4 +1,4 @@
-//! What queries promise: every form of a question gives the answer that follows from looking at all shapes, one by one.
+//! Every form of a query gives the same answer as a test of all shapes, one by one.
 
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use drystone::{
     Vec3, World, vec3,
 };
 
-/// Numbers from -1 to 1.
+/// Random numbers from -1 to 1.
 struct Numbers(u64);
 
 impl Numbers {
@@ -67,7 +67,7 @@ fn mesh() -> Shape {
     Shape::Mesh(Arc::new(Mesh::new(vertices, triangles).unwrap()))
 }
 
-/// One of each bounded convex kind.
+/// One shape of each bounded convex kind.
 fn convex() -> Vec<Shape> {
     vec![
         Shape::sphere(0.5),
@@ -119,7 +119,7 @@ fn shapes(world: &World) -> Vec<ShapeRef<'_>> {
     ids.into_iter().map(|id| world.shape(id).unwrap()).collect()
 }
 
-/// The rule of a filter, shape by shape.
+/// Applies the rule of a filter to one shape.
 fn is_seen(world: &World, filter: &QueryFilter<'_>, shape: &ShapeRef<'_>) -> bool {
     let kind = world.body(shape.body()).unwrap().kind();
     (filter.sensors || !shape.is_sensor())
@@ -130,7 +130,7 @@ fn is_seen(world: &World, filter: &QueryFilter<'_>, shape: &ShapeRef<'_>) -> boo
         && filter.predicate.is_none_or(|sees| sees(*shape))
 }
 
-/// Calls `f` with filters of all sorts.
+/// Calls `f` with all sorts of filters.
 fn with_filters(world: &World, f: impl Fn(&QueryFilter<'_>)) {
     let bodies: Vec<BodyId> = world.bodies().map(|b| b.id()).step_by(4).collect();
     let some: Vec<ShapeId> = shapes(world).iter().map(ShapeRef::id).skip(1).step_by(3).collect();
@@ -232,7 +232,7 @@ fn batches_give_the_hits_of_one_by_one_for_any_number_of_threads() {
     }
 }
 
-/// How far a point is from a shape [m], within the radius of the ball that stands for it.
+/// Radius of the ball that stands for a point in distance queries [m].
 const POINT: f32 = 1.0e-5;
 
 fn distance(shape: &Shape, pose: Pose, p: Vec3) -> f32 {
@@ -241,7 +241,7 @@ fn distance(shape: &Shape, pose: Pose, p: Vec3) -> f32 {
 
 #[test]
 fn a_ray_from_inside_hits_at_once_or_leaves_where_the_shape_ends_or_passes() {
-    // Four roundings of f32 of places up to 4 m, and the point's radius twice.
+    // Four f32 roundings of positions up to 4 m, and twice the point's radius.
     let off = 4.0 * 4.0 * f32::EPSILON + 2.0 * POINT;
     let mut solids = convex();
     solids.push(Shape::half_space([0.1, 1.0, 0.2], 0.3));
@@ -250,7 +250,7 @@ fn a_ray_from_inside_hits_at_once_or_leaves_where_the_shape_ends_or_passes() {
         for _ in 0..600 {
             let pose = numbers.pose(2.0);
             let (origin, delta) = (pose.position + numbers.vector(), numbers.vector() * 4.0);
-            // A start nearer to the surface may be taken as one on it.
+            // A start nearer to the surface may count as on it.
             if distance(&shape, pose, origin) > -1.0e-3 {
                 continue;
             }
@@ -258,7 +258,7 @@ fn a_ray_from_inside_hits_at_once_or_leaves_where_the_shape_ends_or_passes() {
             let cast = |inside| shape.cast_ray(pose, origin, delta, inside).unwrap();
             let at_once = cast(Inside::Solid).unwrap();
             assert_eq!((at_once.fraction, at_once.inside, at_once.point), (0.0, true, origin));
-            // Its normal is that of the nearest surface: along it the shape ends after the depth.
+            // Its normal is that of the nearest surface: along it, the shape ends after the depth.
             let deep = -distance(&shape, pose, origin);
             let out = distance(&shape, pose, origin + at_once.normal * deep);
             assert!(out.abs() < off, "{shape:?} {out}");
@@ -274,7 +274,7 @@ fn a_ray_from_inside_hits_at_once_or_leaves_where_the_shape_ends_or_passes() {
                 let rest = distance(&shape, pose, hit.point);
                 assert!(rest.abs() < off && hit.inside, "{shape:?} {hit:?} {rest}");
                 assert!(hit.normal.dot(delta) > 0.0, "{shape:?} {hit:?}");
-                // Outward: a step along it leaves by as much.
+                // The normal is outward: a step along it increases the distance by the same amount.
                 let step = distance(&shape, pose, hit.point + hit.normal * 0.01);
                 assert!((step - 0.01).abs() < 1.0e-4, "{shape:?} {hit:?} {step}");
             }
@@ -304,13 +304,13 @@ fn a_ray_from_a_point_that_was_hit_goes_on_without_hitting_the_same_surface() {
     for _ in 0..400 {
         let (origin, delta) = (numbers.vector() * 5.0, numbers.vector() * 8.0);
         let hit = query.cast_ray(origin, delta, QueryFilter::default()).unwrap();
-        // A mesh has two sides: a point that was rounded to the other one is before it again.
+        // A mesh has two sides: a point rounded to the back is in front of it again.
         let is_solid = |hit: &RayHit| {
             !hit.inside && !matches!(world.shape(hit.shape).unwrap().shape(), Shape::Mesh(_))
         };
         let Some(hit) = hit.filter(is_solid) else { continue };
         let back = delta - hit.normal * (2.0 * hit.normal.dot(delta));
-        // A way that goes along the surface meets round shapes again where these were rounded.
+        // A cast along the surface hits round shapes again because of rounding.
         if hit.normal.dot(back) < 0.1 {
             continue;
         }
@@ -323,14 +323,15 @@ fn a_ray_from_a_point_that_was_hit_goes_on_without_hitting_the_same_surface() {
     assert!(bounced > 60);
 }
 
-/// Where a shape is after a part of a motion.
+/// Pose of a shape after a fraction of a motion.
 fn after(pose: Pose, motion: Motion, part: f32) -> Pose {
     Pose::new(pose.position + motion.delta * part, pose.rotation.turned_by(motion.turn * part))
 }
 
 #[test]
 fn a_turning_shape_stops_where_the_distance_is_gone_and_nowhere_before() {
-    // Sizes and places come to 20 m in all; two have met within 2e-6 of that, and places are rounded a few times.
+    // Sizes and positions sum to 20 m; impacts are accurate to 2e-6 of that, and positions are
+    // rounded a few times.
     let met = 2.0 * 2.0e-6 * 20.0;
     let mut others = convex();
     others.extend([mesh(), half_space()]);
@@ -574,7 +575,7 @@ fn shapes_without_a_world_say_who_cannot_be_asked_and_which_number_is_wrong() {
     ] {
         assert!(refused.to_string().contains(field), "{refused}");
     }
-    // Both orders are one answer, seen from the other side.
+    // Both orders of the pair give the same answer, seen from the other side.
     let above = Pose::at([0.3, 2.0, 0.1]);
     for other in [&plane, &mesh] {
         let one = ball.closest_points(above, other, here, 9.0).unwrap().unwrap();
@@ -621,14 +622,14 @@ fn a_bar_that_turns_over_the_ground_comes_down_where_its_end_does() {
     world
         .add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))
         .unwrap();
-    // Half a meter under the middle of a bar of 2 m without thickness but its radius.
+    // Half a meter below the middle of a bar of 2 m that is only as thick as its radius.
     let (bar, quarter) = (Shape::capsule(1.0, 0.05), core::f32::consts::FRAC_PI_2);
     let level = Pose::new([0.0, 0.55, 0.0], Quat::from_axis_angle(Vec3::Z, quarter));
     let turn = Motion::default().with_turn([0.0, 0.0, quarter]);
     let hit = world.query().cast_shape(&bar, level, turn, QueryFilter::default()).unwrap().unwrap();
-    // The end is 1 m · sin(angle) lower: half a meter at 30 degrees of 90.
+    // The end drops by 1 m · sin(angle): half a meter at 30 of 90 degrees.
     assert!((hit.fraction - 1.0 / 3.0).abs() < 1.0e-5, "{hit:?}");
-    // About the vertical it goes round for ever, flush with the ground too.
+    // About the vertical it turns without an impact, even flush with the ground.
     for height in [0.05, 0.3] {
         let level = Pose { position: vec3(0.0, height, 0.0), ..level };
         let round = Motion::default().with_turn([0.0, 50.0, 0.0]);

@@ -1,5 +1,5 @@
-//! What the public face promises: bad input is refused by name, stale ids find nothing, nothing
-//! panics, events come as they should.
+//! Promises of the public API: bad input is refused by name, stale ids find nothing, nothing
+//! panics, events are correct.
 
 use drystone::events::FaultKind;
 use drystone::geometry::Aabb;
@@ -109,7 +109,7 @@ fn a_bad_time_step_is_a_fault_and_steps_nothing() {
     assert_eq!((world.state_hash(), world.step_count()), (before, 0));
 }
 
-/// An executor that says it has no workers, and so does nothing.
+/// An executor that reports no workers and therefore runs nothing.
 #[derive(Debug)]
 struct Nobody;
 
@@ -138,7 +138,7 @@ fn a_body_that_leaves_the_numbers_is_quarantined_and_can_be_put_back() {
     ground(&mut world);
     let wild = world.add_body(cube_at([0.0, 5.0, 0.0])).unwrap();
     let calm = world.add_body(cube_at([3.0, 0.5, 0.0])).unwrap();
-    // 1e10 m/s² take it beyond 1e8 m/s in a step of 1/60 s.
+    // 1e10 m/s² accelerate it beyond 1e8 m/s in a step of 1/60 s.
     let mass = world.body(wild).unwrap().mass();
     world.body_mut(wild).unwrap().add_step_force([9.0e9 * mass, 9.0e9 * mass, 0.0]);
     run(&mut world, 0.6);
@@ -173,7 +173,7 @@ fn a_ball_that_falls_and_bounces_off_reports_begin_hit_and_end() {
     let hit = hits[0];
     let sides = [hit.body_a, hit.body_b];
     assert!(sides.contains(&floor) && sides.contains(&ball));
-    // From 1.5 m of fall: v = sqrt(2 g h), less at most one step of gravity.
+    // After a fall of 1.5 m: v = sqrt(2 g h), less at most one step of gravity.
     let v = (2.0 * 9.81 * 1.5_f32).sqrt();
     assert!(hit.speed <= v && hit.speed > v - 9.81 * DT * 1.01, "{} {v}", hit.speed);
 }
@@ -201,12 +201,13 @@ fn a_sensor_reports_who_comes_and_goes_and_moves_nobody() {
     }
     assert_eq!((enter.len(), exit.len()), (1, 1));
     assert_eq!((enter[0].1, enter[0].2), (gate, ball));
-    // The surfaces meet at y = 0.7 and part at y = -0.7; the report comes with the next narrowphase.
+    // The surfaces touch at y = 0.7 and separate at y = -0.7; the event comes with the next
+    // narrowphase.
     let time = |y: f32| (2.0 * (3.0 - y) / 9.81_f32).sqrt() * 60.0;
     for (step, y) in [(enter[0].0, 0.7), (exit[0].0, -0.7)] {
         assert!((f32::from(step) - time(y)).abs() <= 2.0, "step {step}, expected {}", time(y));
     }
-    // Free fall to rounding, right through the sensor: f32 at 11 m over 90 additions.
+    // Free fall through the sensor, exact up to rounding: f32 at 11 m over 90 additions.
     let t = 1.5_f32;
     let y = world.body(ball).unwrap().position().y;
     assert!((y - (3.0 - 0.5 * 9.81 * t * t)).abs() < 1e-4, "{y}");
@@ -271,7 +272,7 @@ fn forces_for_a_step_last_a_step_and_lasting_ones_last() {
     world.body_mut(id).unwrap().set_lasting_force([0.0, 2.0, 0.0]);
     run(&mut world, 1.0);
     assert!((world.body(id).unwrap().linear_velocity().y - 1.0).abs() < 1e-5);
-    // A push off center: dω = I⁻¹ r × J with I = m a²/6 = 1/3.
+    // An impulse off center: dω = I⁻¹ r × J with I = m a²/6 = 1/3.
     world.body_mut(id).unwrap().set_lasting_force([0.0; 3]);
     let p = world.body(id).unwrap().position() + vec3(0.5, 0.0, 0.0);
     world.body_mut(id).unwrap().apply_impulse_at([0.0, 0.0, 1.0], p);
@@ -301,7 +302,7 @@ fn locked_axes_do_not_move_in_flight_or_in_contact() {
         world.step(DT);
         let body = world.body(id).unwrap();
         let (q, w) = (body.rotation(), body.angular_velocity());
-        // Exactly in the plane but for the rounding of a few hundred quaternion products.
+        // In the plane up to rounding of a few hundred quaternion products.
         assert!(body.position().z.abs() < 1e-5, "{:?}", body.position());
         assert!(q.x.abs() < 1e-5 && q.y.abs() < 1e-5, "{q:?}");
         assert!(w.x.abs() < 1e-5 && w.y.abs() < 1e-5, "{w:?}");
@@ -319,7 +320,7 @@ fn a_kinematic_platform_carries_what_stands_on_it() {
     assert!((world.body(platform).unwrap().position().x - 3.0).abs() < 1e-4);
     let body = world.body(rider).unwrap();
     assert!((body.linear_velocity() - vec3(1.0, 0.0, 0.0)).length() < 1e-3);
-    // Friction 0.6 brings it to speed in v/(mu g) = 0.17 s, in which it slips v²/(2 mu g) = 0.085 m.
+    // Friction 0.6 accelerates it in v/(mu g) = 0.17 s, in which it slips by v²/(2 mu g) = 0.085 m.
     let slip = 3.0 - body.position().x;
     assert!((slip - 0.085).abs() < 0.02, "{slip}");
 }
@@ -365,7 +366,8 @@ fn rays_and_overlaps_find_what_is_there() {
 
 #[test]
 fn a_body_moves_the_same_whatever_else_is_solved_beside_it() {
-    // A ball has one point, a cube four: alone the ball's block has one row a contact, with company four.
+    // A ball has one contact point, a cube four. Alone the ball's block has one row per contact,
+    // with others four.
     let fall = |company: &[[f32; 3]]| {
         let mut world = World::default();
         ground(&mut world);
@@ -388,8 +390,8 @@ fn a_body_moves_the_same_whatever_else_is_solved_beside_it() {
 
 #[test]
 fn a_box_that_tips_over_an_edge_does_so_whatever_else_is_solved_beside_it() {
-    // It stands on two points, and its center falls: with contacts of four points in its block the two that
-    // it lacks must not tell that it is hit.
+    // It stands on two points, and its center falls. In a block of contacts with four points, the
+    // two missing points must not count as a hit.
     let tip = |company: u8| {
         let mut world = World::default();
         ground(&mut world);
@@ -443,7 +445,7 @@ fn clones_go_on_alike() {
     assert_eq!(world.state_hash(), twin.state_hash());
 }
 
-/// What a careless user may do.
+/// Possible actions of a careless user.
 #[derive(Clone, Debug)]
 enum Call {
     AddBody(u8, [f32; 3], f32),
@@ -559,12 +561,13 @@ fn a_shape_that_comes_and_goes_takes_its_mass_along_and_changes_no_motion() {
     let one_more = ShapeDef::box_half([0.5, 0.5, 0.5]).with_pose(Pose::at([1.0, 0.0, 0.0]));
     let shape = world.add_shape(id, one_more).unwrap();
     let two = world.body(id).unwrap();
-    // Two equal cubes side by side: twice the mass, half way between, I + m / 4 each about z.
+    // Two equal cubes side by side: twice the mass, center half way between, I + m / 4 each about
+    // z.
     assert!((two.mass() / (2.0 * mass) - 1.0).abs() < 1e-6);
     assert!((two.center_of_mass() - vec3(1.5, 5.0, 2.0)).length() < 1e-6);
     let expected = 2.0 * (inertia.zz + 0.25 * mass);
     assert!((two.inertia().zz / expected - 1.0).abs() < 1e-5);
-    // The origin is where it was and goes on as it did; the new center goes round it.
+    // The origin keeps its position and velocity; the new center rotates about it.
     assert!((two.position() - at).length() < 1e-6);
     assert!((two.velocity_at(at) - vec3(1.0, 0.0, 0.0)).length() < 1e-6);
     assert!((two.linear_velocity() - vec3(1.0, 1.0, 0.0)).length() < 1e-6);
@@ -596,7 +599,7 @@ fn what_lies_still_lies_still_when_a_shape_is_added() {
     ground(&mut world);
     let id = world.add_body(cube_at([0.0, 0.5, 0.0])).unwrap();
     run(&mut world, 1.0);
-    // Beside the first cube, on the ground too: the center moves by half a meter.
+    // Beside the first cube, also on the ground: the center moves by half a meter.
     let beside = ShapeDef::box_half([0.5, 0.5, 0.5]).with_pose(Pose::at([1.0, 0.0, 0.0]));
     world.add_shape(id, beside).unwrap();
     for _ in 0..60 {
@@ -610,7 +613,7 @@ fn what_lies_still_lies_still_when_a_shape_is_added() {
     assert!(body.linear_velocity().length() < 1e-3);
 }
 
-/// A mesh has several manifolds; to a sensor it is one visitor.
+/// A mesh has several manifolds, but is one visitor for a sensor.
 #[test]
 fn a_sensor_over_a_mesh_enters_once_and_leaves_once() {
     let mut world = World::default();

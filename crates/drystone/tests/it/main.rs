@@ -1,4 +1,4 @@
-//! All integration tests, one binary. Without the feature `snapshot` those are left out that save worlds.
+//! All integration tests in one binary. Tests that save worlds need the feature `snapshot`.
 #![expect(clippy::unwrap_used, reason = "helpers of tests outside test functions")]
 
 #[cfg(feature = "snapshot")]

@@ -1,7 +1,7 @@
-//! Hulls of real and random clouds are closed, convex and hold their points.
+//! Hulls of real and random clouds are closed, convex and contain their points.
 //!
-//! `data/convex_hulls_even.bin`: point clouds of game assets; records of a count (u32) and as many
-//! points (3 × f32), little-endian. Its license stands beside it.
+//! `data/convex_hulls_even.bin` has point clouds of game assets. Each record has a count (u32) and
+//! that number of points (3 × f32), little-endian. Its license is in the same folder.
 
 use drystone::geometry::{Aabb, HullError};
 use drystone::{Hull, Vec3, vec3};
@@ -24,15 +24,15 @@ fn double(p: Vec3) -> [f64; 3] {
     p.to_array().map(f64::from)
 }
 
-/// Signed distance without the rounding of f32 arithmetic.
+/// Signed distance, computed in f64 to avoid rounding.
 fn distance(hull: &Hull, face: usize, p: Vec3) -> f64 {
     let plane = hull.planes()[face];
     let (n, p) = (double(plane.normal), double(p));
     n[0] * p[0] + n[1] * p[1] + n[2] * p[2] - f64::from(plane.offset)
 }
 
-/// Checks all that the collision routines rely on; returns the greatest distance of a point above a
-/// plane.
+/// Checks every property that the collision routines require; returns the maximum distance of a
+/// point above a plane.
 fn check(hull: &Hull, points: &[Vec3]) -> f64 {
     let faces = hull.face_count();
     let (v, e) = (hull.vertices().len(), hull.edge_count());
@@ -40,7 +40,7 @@ fn check(hull: &Hull, points: &[Vec3]) -> f64 {
     let bounds = Aabb::of_points(points.iter().copied());
     let size = f64::from((bounds.max - bounds.min).max_element());
     let reach = f64::from(bounds.max.abs().max(bounds.min.abs()).max_element());
-    // Offsets and points are rounded to f32 at this reach.
+    // Offsets and points are rounded to f32 at this magnitude.
     let slack = 1.0e-3 * size + 1.0e-6 * reach;
     let mut degree = vec![0; v];
     let mut highest: f64 = 0.0;
@@ -100,7 +100,7 @@ fn every_cloud_of_game_assets_gives_a_sound_hull_or_is_flat() {
             Err(e) => panic!("cloud {i}: {e}"),
         }
     }
-    // Twelve of the flat ones lie exactly in a plane, one is 6e-6 of its extent thick.
+    // Twelve of the flat ones lie exactly in a plane; the thickness of one is 6e-6 of its extent.
     assert_eq!((valid, flat, compared), (3365, 13, 3365));
     assert!(worst.0 < 0.01, "cloud {}: volume off by {} of parry's", worst.1, worst.0);
 }
@@ -150,7 +150,7 @@ proptest! {
         scatter in 0.0_f32..7.0,
         axis in numbers(-1.0, 1.0),
     ) {
-        // From 1e-7 to 1 part of the extent, evenly in the exponent.
+        // Scatter from 1e-7 to 1 of the extent, uniform in the exponent.
         let scatter = drystone::math::trig::exp(-scatter * core::f32::consts::LN_10);
         let turn = drystone::Quat::from_axis_angle(axis.normalize_or(Vec3::X), 1.0);
         let points: Vec<Vec3> = points

@@ -1,4 +1,5 @@
-//! Whatever was called, a world that goes back to a state it kept goes on as one that never left it.
+//! After any calls, a world that rolls back to a stored state continues like one that never left
+//! it.
 
 use drystone::World;
 use proptest::prelude::{prop, proptest};
@@ -8,7 +9,7 @@ use crate::property_snapshot::{Call, Known, call, ground, make};
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Makes a call in both worlds, and compares what they came to.
+/// Makes a call in both worlds, and compares the results.
 fn make_in_both(world: &mut World, twin: &mut World, known: &mut Known, call: Call) {
     let (mut added, mut same) = (Known::default(), Known::default());
     make(world, known, &mut added, call);
@@ -23,7 +24,8 @@ proptest! {
     // The same calls in every run, in debug and release.
     #![proptest_config(Config { cases: 120, rng_seed: RngSeed::Fixed(2), ..Config::default() })]
 
-    /// What steps remember is that of a future that is not to be: it must not show, nor what the kept world had before.
+    /// Cached data of an abandoned future, or of the stored world's previous content, must not
+    /// affect the result.
     #[test]
     fn a_world_that_goes_back_to_what_it_kept_does_as_if_it_had_stayed(
         calls in prop::collection::vec(call(), 1..30),
@@ -33,7 +35,7 @@ proptest! {
         let (mut twin, mut kept) = (world.clone(), World::default());
         for (i, call) in calls.into_iter().enumerate() {
             kept.clone_from(&twin);
-            // A future of its own, which grows what the twin has by far or leaves it as it is.
+            // A separate future, which greatly grows the twin's data or leaves it unchanged.
             let mut strange = Known { bodies: known.bodies.clone(), ..Known::default() };
             for other in &others[..i % 5] {
                 let mut added = Known::default();
@@ -46,7 +48,7 @@ proptest! {
             assert_eq!(twin.contact_residual().to_bits(), world.contact_residual().to_bits());
             make_in_both(&mut world, &mut twin, &mut known, call);
         }
-        // Colors and places in lists too, whatever memory they stand in.
+        // The snapshot also covers colors and positions in lists.
         assert!(twin.snapshot() == world.snapshot());
     }
 }

@@ -1,4 +1,4 @@
-//! Whatever was called, the world can be saved, and what is restored does what the first one does.
+//! After any calls, the world can be saved, and the restored world behaves like the original.
 
 use drystone::breakage::{BondStrength, Fracture, Glue};
 use drystone::joint::{Ball, Hinge, JointAxis, JointDrive, JointMotion, JointSpring};
@@ -14,7 +14,7 @@ use proptest::test_runner::{Config, RngSeed};
 
 const DT: f32 = 1.0 / 60.0;
 
-/// A call: which, on what, and with what numbers.
+/// A call: its kind, its objects, and its numbers.
 pub(crate) type Call = (u8, [u8; 2], [f32; 3], f32);
 
 pub(crate) fn call() -> impl Strategy<Value = Call> {
@@ -26,7 +26,7 @@ pub(crate) fn call() -> impl Strategy<Value = Call> {
     (any::<u8>(), any::<[u8; 2]>(), vector, number)
 }
 
-/// What calls know of a world and its twin; ids are the same in both.
+/// Objects of a world and its twin; ids are the same in both.
 #[derive(Default)]
 pub(crate) struct Known {
     pub(crate) bodies: Vec<BodyId>,
@@ -36,7 +36,7 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// Takes over what a call added, and the pieces of what broke.
+    /// Adds the objects that a call made, and the pieces of broken bodies.
     pub(crate) fn learn(&mut self, added: Self, world: &World) {
         self.bodies.extend(added.bodies);
         self.bodies.extend(&world.events().pieces);
@@ -46,7 +46,7 @@ impl Known {
     }
 }
 
-/// A world with ground, and what is known of it.
+/// A world with ground, and its objects.
 pub(crate) fn ground() -> (World, Known) {
     let mut world = World::default();
     let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
@@ -94,7 +94,7 @@ fn body_of(k: u8, at: [f32; 3], size: f32) -> BodyDef {
     }
 }
 
-/// A change of what a body is.
+/// Changes a property of a body.
 fn change_body(world: &mut World, id: BodyId, (what, v, x): (u8, [f32; 3], f32)) {
     let Some(mut body) = world.body_mut(id) else { return };
     let kinds = [BodyKind::Static, BodyKind::Kinematic, BodyKind::Dynamic];
@@ -111,7 +111,7 @@ fn change_body(world: &mut World, id: BodyId, (what, v, x): (u8, [f32; 3], f32))
     }
 }
 
-/// A change of what a shape is.
+/// Changes a property of a shape.
 fn change_shape(world: &mut World, id: ShapeId, (what, v, x): (u8, [f32; 3], f32)) {
     let Some(mut shape) = world.shape_mut(id) else { return };
     match what % 8 {
@@ -126,7 +126,7 @@ fn change_shape(world: &mut World, id: ShapeId, (what, v, x): (u8, [f32; 3], f32
     }
 }
 
-/// A change of what a joint is.
+/// Changes a property of a joint.
 fn change_joint(world: &mut World, id: JointId, (what, v, x): (u8, [f32; 3], f32)) {
     let Some(mut joint) = world.joint_mut(id) else { return };
     let axis = Axis::ALL[usize::from(what) % 6];
@@ -139,7 +139,7 @@ fn change_joint(world: &mut World, id: JointId, (what, v, x): (u8, [f32; 3], f32
     }
 }
 
-/// Makes a call; what was added goes into `added`.
+/// Makes a call; new objects go into `added`.
 pub(crate) fn make(
     world: &mut World,
     known: &Known,
@@ -265,7 +265,7 @@ proptest! {
             let mut added = Known::default();
             make(&mut world, &known, &mut added, call);
             if let Some(twin) = &mut twin {
-                // Saved and restored over and over.
+                // Saved and restored after every call.
                 *twin = World::restore(&twin.snapshot()).unwrap();
                 let mut same = Known::default();
                 make(twin, &known, &mut same, call);

@@ -1,4 +1,4 @@
-//! Faults that `cargo xtask attack` found, shrunk and put into words.
+//! Bugs that `cargo xtask attack` found, shrunk and described.
 
 use drystone::breakage::{Fatigue, Fracture, JointStrength};
 use drystone::joint::{Ball, CouplingDef, Hinge, JointAxis, Universal};
@@ -6,7 +6,8 @@ use drystone::{AxisLocks, BodyDef, BodyId, JointDef, JointId, ShapeDef, Vec3, Wo
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Steps a world and one that is restored from its snapshot before every step, and compares them after each.
+/// Steps a world and a copy that is restored from its snapshot before every step, and compares them
+/// after each step.
 fn goes_on_from_every_snapshot(
     world: &mut World,
     steps: usize,
@@ -34,7 +35,7 @@ fn pair(world: &mut World, articulated: bool) -> ([BodyId; 2], JointId) {
     ([a, b], joint)
 }
 
-/// Trees are not made of bodies with locks: the plan of them follows.
+/// Bodies with locks belong to no tree; the plan must follow.
 #[test]
 fn a_body_of_a_tree_may_be_locked_while_it_moves() {
     let mut world = World::default();
@@ -47,13 +48,13 @@ fn a_body_of_a_tree_may_be_locked_while_it_moves() {
     });
 }
 
-/// The plan follows the number of rows of a joint in a tree that its loads made one.
+/// The plan must follow the number of rows of a joint in a tree that was formed by load.
 #[test]
 fn a_joint_that_carries_much_takes_other_axes_while_it_moves() {
     let mut world = World::default();
     let anchor = world.add_body(BodyDef::fixed().with_position([0.0, 1.5, 0.0])).unwrap();
     let ([a, b], joint) = pair(&mut world, false);
-    // By its loads: the lower body is a thousand times as heavy.
+    // Formed by load: the lower body is a thousand times as heavy.
     let def = JointDef::new(anchor, b, Ball::new()).with_anchors([0.0; 3], [0.0, 0.5, 0.0]);
     world.add_joint(def).unwrap();
     world.add_shape(a, ShapeDef::box_half([0.2; 3]).with_density(1.0e6)).unwrap();
@@ -69,7 +70,8 @@ fn a_joint_that_carries_much_takes_other_axes_while_it_moves() {
     });
 }
 
-/// What tumbles takes its substeps in parts, by islands. One that falls apart leaves its number to one of its parts only.
+/// Islands with fast rotation refine their substeps. An island that splits passes its number to
+/// only one of its parts.
 #[test]
 fn an_island_that_tumbles_may_fall_apart() {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
@@ -98,7 +100,7 @@ fn an_island_that_tumbles_may_fall_apart() {
     });
 }
 
-/// (load over limit)^32 is no number of f32.
+/// (load over limit)^32 overflows f32.
 #[test]
 fn a_joint_that_wears_out_at_once_tells_a_finite_damage() {
     let mut world = World::default();
@@ -118,7 +120,8 @@ fn a_joint_that_wears_out_at_once_tells_a_finite_damage() {
     assert!(broken[0].damage.is_finite() && broken[0].force.is_finite());
 }
 
-/// Of a body that breaks, joints go to its pieces, and couplings with them: else one would be of two islands.
+/// When a body breaks, its joints move to its pieces, and couplings must move with them; otherwise
+/// a coupling would span two islands.
 #[test]
 fn a_coupling_follows_its_joints_to_the_pieces_of_a_body() {
     let mut world = World::default();

@@ -1,4 +1,5 @@
-//! A world made by calls can be saved after every step, and what is restored goes on with the same bits and events.
+//! A world made by calls can be saved after every step, and a restored one continues with the same
+//! bits and events.
 
 use drystone::audit::AwakeCause;
 use drystone::breakage::{Bond, BondStrength, Glue};
@@ -7,10 +8,10 @@ use drystone::joint::Ball;
 use drystone::method::{Method, MethodOptions, Rest};
 use drystone::{BodyDef, BodyId, JointDef, ShapeDef, Vec3, World, WorldConfig, vec3};
 
-/// Of the ball that rolls [m].
+/// Radius of the rolling ball [m].
 const RADIUS: f32 = 0.1;
 
-/// Steps a world, and next to it what is restored from its snapshot before each step.
+/// Steps a world, and beside it a copy restored from its snapshot before each step.
 fn step_and_restore(world: &mut World, dt: f32, step: usize) {
     let other = World::restore(&world.snapshot());
     assert!(other.is_ok(), "before step {step}: {}", other.unwrap_err());
@@ -21,7 +22,7 @@ fn step_and_restore(world: &mut World, dt: f32, step: usize) {
     assert_eq!(world.events(), other.events(), "step {step}");
 }
 
-/// A world of things that are slow: one rests, one rolls on at 2 cm/s, one hangs and sways, one drifts off.
+/// A world of slow bodies: one rests, one rolls at 2 cm/s, one hangs and sways, one drifts.
 fn slow_things(rest: Rest, time: f32) -> (World, BodyId) {
     let options = MethodOptions { rest, ..MethodOptions::default() };
     let method = Method::named("soft-step").unwrap().with_options(options).unwrap();
@@ -51,8 +52,8 @@ fn slow_things(rest: Rest, time: f32) -> (World, BodyId) {
     (world, ball)
 }
 
-/// What is known of the rest of bodies are marks in time, and a long step moves the clock that they are of: marks go with
-/// it, for speeds are ways over the times between them.
+/// The rest of bodies is tracked by marks in time, and a long step moves their clock. Marks must
+/// move with it, because speeds are displacements over the times between marks.
 #[test]
 fn what_is_slow_can_be_saved_and_is_judged_by_its_speed_whatever_the_lengths_of_steps() {
     let (short, shorter) = (1.0 / 60.0, 1.0 / 240.0);
@@ -69,7 +70,8 @@ fn what_is_slow_can_be_saved_and_is_judged_by_its_speed_whatever_the_lengths_of_
             for time in [0.0, 0.1, 0.5] {
                 let (mut world, ball) = slow_things(rest, time);
                 let (mut judged, mut greatest) = (0, 0.0_f32);
-                // It rolls first: a long first step is a time in which it was slow, and it sleeps.
+                // It rolls first: a long first step would count as slow time, and the ball would
+                // sleep.
                 let lengths = [short; 40].into_iter().chain(hitch.iter().copied());
                 let lengths = lengths.cycle().take(200);
                 for (step, dt) in lengths.enumerate() {
@@ -83,8 +85,9 @@ fn what_is_slow_can_be_saved_and_is_judged_by_its_speed_whatever_the_lengths_of_
                         world.why_awake(ball).map(|w| w.cause)
                     {
                         judged += 1;
-                        // A mean of speeds is none that it never had. Marks are rounded to 1e-7 of a meter or two some
-                        // hundredths of a second apart: a ten-thousandth of the speed.
+                        // A mean speed cannot exceed the actual speeds. Marks are rounded to 1e-7
+                        // of a meter or two, and are some hundredths of a second apart: 1e-4 of the
+                        // speed.
                         let name = format!("hitch {k}, {rest:?}, {time} s, step {step}");
                         assert!(speed <= 1.001 * greatest, "{name}: {speed} of {greatest} m/s");
                     }
@@ -95,7 +98,7 @@ fn what_is_slow_can_be_saved_and_is_judged_by_its_speed_whatever_the_lengths_of_
     }
 }
 
-/// What freezes alone and thaws under a new load has marks from before it froze.
+/// A body that freezes alone and thaws under a new load has marks from before it froze.
 #[test]
 fn what_thaws_can_be_saved() {
     for time in [0.1, 0.5] {
@@ -103,7 +106,8 @@ fn what_thaws_can_be_saved() {
         let cube = ShapeDef::box_half([0.4; 3]);
         for step in 0..400 {
             if step % 50 == 49 {
-                // It lands off the middle of the box, or on what landed there: loads and balances change.
+                // It lands off the middle of the box, or on an earlier cube: loads and balances
+                // change.
                 let at = vec3(-2.2 + 0.004 * step as f32 % 0.5, 3.0, 0.1);
                 let def = BodyDef::dynamic().with_position(at);
                 world.add_body(def.with_shape(cube.clone())).unwrap();
@@ -113,7 +117,8 @@ fn what_thaws_can_be_saved() {
     }
 }
 
-/// A row of cubes that turns about its middle, each bond ten times as strong as the one before.
+/// A row of cubes that rotates about its middle; each bond is ten times as strong as the previous
+/// one.
 fn turning_row(area: Option<f32>) -> World {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world = World::new(config).unwrap();
@@ -137,7 +142,8 @@ fn turning_row(area: Option<f32>) -> World {
     world
 }
 
-/// Stress over strength may be beyond f32: of bonds that broke, and of those that a step has not come to yet.
+/// Stress over strength may overflow f32: for bonds that broke, and for bonds that a step has not
+/// reached yet.
 #[test]
 fn bonds_that_bear_far_too_much_can_be_saved_and_tell_numbers() {
     for area in [None, Some(1.0e-30)] {

@@ -1,4 +1,4 @@
-//! Trees of joints of six axes that are solved at once.
+//! Trees of six-axis joints with direct solving.
 
 use std::sync::Arc;
 
@@ -32,7 +32,8 @@ fn join(
     world.add_joint(def).unwrap()
 }
 
-/// Links of half a meter along x, the first one joined to a post at the origin; the masses in order.
+/// Links of half a meter along x with these masses in order; the first is joined to a post at the
+/// origin.
 fn arm(
     world: &mut World,
     masses: &[f32],
@@ -56,7 +57,7 @@ fn lowest(world: &World, links: &[BodyId]) -> f32 {
     links.iter().map(height).fold(f32::INFINITY, f32::min)
 }
 
-/// A beam of five links of 1 kg, glued end to end, that holds 100 kg at its end.
+/// A beam of five links of 1 kg, glued end to end, that carries 100 kg at its end.
 #[test]
 fn a_beam_of_fixed_joints_does_not_bend() {
     let sag = |articulated: bool| {
@@ -73,12 +74,13 @@ fn a_beam_of_fixed_joints_does_not_bend() {
     };
     let ((loose, _), (held, force)) = (sag(false), sag(true));
     println!("sag {loose} joint by joint, {held} at once; force {force}");
-    // Each joint gives way as a spring of 120 Hz on the inertia of the tree about its center: 1 kg at 2.5, 2, 1.5, 1
-    // and 0.5 m and 2.2 of the heavy link itself, 16 kg m². It bears 981 N at r = 2.75, 2.25, ... 0.25 m, turns by
-    // 981 r/((2 π 120)² 16) and lowers the end by r of that: 1.9 mm in all. Allowed: twice that.
+    // Each joint acts as a spring of 120 Hz on the inertia of the tree about its center: 1 kg at
+    // 2.5, 2, 1.5, 1 and 0.5 m and 2.2 of the heavy link itself, 16 kg m². It carries 981 N at r =
+    // 2.75, 2.25, ... 0.25 m, rotates by 981 r/((2 π 120)² 16) and lowers the end by r times that:
+    // 1.9 mm in total. Allowed: twice that.
     assert!(held < 4.0e-3, "{held}");
     assert!(loose > 50.0 * held, "{loose}");
-    // It bears all weights.
+    // It carries all weights.
     assert!((force / (105.0 * G) - 1.0).abs() < 1.0e-3, "{force}");
 }
 
@@ -99,7 +101,7 @@ fn joints_that_become_articulated_are_as_if_they_had_been() {
     assert_eq!(run(false), run(true));
 }
 
-/// Motors hold an arm with a heavy load as if it were one piece, and then turn it.
+/// Motors hold an arm with a heavy load as if it were rigid, and then rotate it.
 #[test]
 fn motors_move_what_the_whole_arm_weighs() {
     let mut world = world(vec3(0.0, -G, 0.0));
@@ -114,14 +116,15 @@ fn motors_move_what_the_whole_arm_weighs() {
     }
     let later = -lowest(&world, &links);
     println!("sank {held} m, then {}", later - held);
-    // Before the rounds have found the torques it gives way, by less than a substep's fall of h² g for each of
-    // some 100 substeps; then it creeps no more: rounds end at 1e-6 rad/s, which at 2 m is 2e-6 m/s a motor.
+    // Before the rounds have found the torques it sags by less than the fall h² g in each of some
+    // 100 substeps. After that it hardly creeps: rounds end at 1e-6 rad/s, which at 2 m is 2e-6 m/s
+    // per motor.
     assert!(held < 1.0e-2, "{held}");
     assert!(later - held < 2.0 * 4.0 * 2.0e-6 + 1.0e-5, "{held} {later}");
     let torque = world.joint(joints[0]).unwrap().torque().z.abs();
     let load = G * (0.25 + 0.75 + 1.25 + 50.0 * 1.75);
     assert!((torque / load - 1.0).abs() < 2.0e-3, "{torque} {load}");
-    // The last joint turns its heavy link at 1 rad/s.
+    // The last joint rotates its heavy link at 1 rad/s.
     let axes = Hinge::of(JointAxis::driven(JointDrive::motor(1.0, f32::INFINITY))).six_dof();
     world.joint_mut(joints[3]).unwrap().set_axes(axes).unwrap();
     let start = world.joint(joints[3]).unwrap().coordinates().unwrap()[1].x;
@@ -133,7 +136,7 @@ fn motors_move_what_the_whole_arm_weighs() {
     assert!(-lowest(&world, &links[..3]) < 1.0e-2);
 }
 
-/// A figure that floats freely keeps its momentum, and does not heat up.
+/// A freely floating figure keeps its momentum, and gains no energy.
 #[test]
 fn a_floating_figure_keeps_momentum_and_energy() {
     let mut world = world(Vec3::ZERO);
@@ -170,15 +173,15 @@ fn a_floating_figure_keeps_momentum_and_energy() {
     }
     let (q, k, _) = momentum(&world);
     println!("{p:?} {q:?}; {l:?} {k:?}; {e} {most}");
-    // 4800 substeps of some 6e-8 each, at random: 1e-5 of the greatest terms; the angular one is off by the
-    // geometric stiffness besides (decision 017).
+    // 4800 substeps with random errors of about 6e-8 each: 1e-5 of the largest terms. The angular
+    // momentum also has the error of geometric stiffness (decision 017).
     assert!((q - p).length() < 1.0e-4 * p.length(), "{p:?} {q:?}");
     assert!((k - l).length() < 2.0e-2 * l.length(), "{l:?} {k:?}");
-    // Springs hold some at times; the joints add none.
+    // Springs store some energy at times; the joints add none.
     assert!(most < 1.02 * e, "{e} {most}");
 }
 
-/// Many trees in one group, some with limits and drives, by threads and lanes.
+/// Many trees in one group, some with limits and drives, for all numbers of threads and lanes.
 #[test]
 fn trees_give_the_same_bits_by_any_threads_and_lanes() {
     let run = |threads: usize, level: SimdLevel| {
@@ -212,7 +215,8 @@ fn trees_give_the_same_bits_by_any_threads_and_lanes() {
     }
 }
 
-/// Joints that come and go while their tree is solved at once, and joints that hold nothing.
+/// Joints that are added and removed while their tree is solved directly, and joints that hold
+/// nothing.
 #[test]
 fn trees_change_while_they_are_solved() {
     let mut world = world(vec3(0.0, -G, 0.0));
@@ -235,7 +239,7 @@ fn trees_change_while_they_are_solved() {
             }
         }
     }
-    // The two that were let go fall freely.
+    // The two released links fall freely.
     let y = world.body(links[3]).unwrap().position().y;
     assert!(y < -10.0, "{y}");
 }

@@ -1,4 +1,4 @@
-//! What a world says of itself, against physics.
+//! A world's audit, checked against physics.
 
 use drystone::audit::{Audit, AwakeCause, ConstraintId, Ledger};
 use drystone::joint::{Ball, Spring};
@@ -38,7 +38,7 @@ fn ledger(world: &World) -> Ledger {
     world.audit().ledger.unwrap()
 }
 
-/// Parts of 1.
+/// Relative error.
 fn off(value: f64, from: f64) -> f64 {
     (value / from - 1.0).abs()
 }
@@ -54,13 +54,13 @@ fn a_flight_and_an_elastic_bounce_keep_the_sum() {
     world.begin_ledger();
     run(&mut world, 40);
     let flight = ledger(&world);
-    // The parabola is exact; 40 roundings of a speed up to 7 m/s and a height of 3 m.
+    // The parabola is exact up to 40 roundings of a speed up to 7 m/s and a height of 3 m.
     assert!(flight.dissipated.abs() < 40.0 * 1.2e-7 * flight.start.total(), "{flight:?}");
     assert!(flight.now.linear > 0.5 * flight.start.potential, "it fell");
     run(&mut world, 40);
     let bounced = ledger(&world);
-    // When within a substep of 1/480 s it met the ground is not known: gravity changes the 7 m/s by
-    // 2 cm/s in that time, 0.3 %, and the energy by twice as much.
+    // The time of impact within a substep of 1/480 s is unknown. Gravity changes the 7 m/s by 2
+    // cm/s in that time, 0.3 %, and the energy by twice as much.
     assert!(bounced.dissipated.abs() < 0.006 * flight.now.kinetic(), "{bounced:?}");
 }
 
@@ -74,7 +74,7 @@ fn what_a_force_does_over_its_way_is_motion_and_heat() {
     run(&mut world, 30);
     world.begin_ledger();
     let from = world.body(cube).unwrap().position().x;
-    // At the height of the ground: it does not tip.
+    // The force acts at ground height, so that the cube does not tip.
     let force = 6000.0;
     for _ in 0..120 {
         let at = world.body(cube).unwrap().position();
@@ -85,7 +85,8 @@ fn what_a_force_does_over_its_way_is_motion_and_heat() {
     let way = f64::from(world.body(cube).unwrap().position().x - from);
     let l = ledger(&world);
     assert!(off(l.forces, f64::from(force) * way) < 1.0e-4, "{l:?}");
-    // A substep moves with the speed after it: of the 960 substeps' way half a substep's is too much.
+    // A substep moves with the speed after it: over 960 substeps the displacement is too long by
+    // half a substep.
     assert!(off(l.dissipated, 4905.0 * way) < 1.0 / 960.0, "{l:?}");
     assert!(off(l.now.kinetic(), (f64::from(force) - 4905.0) * way) < 2.0 / 960.0, "{l:?}");
 }
@@ -98,7 +99,7 @@ fn a_torque_over_its_turn_is_spin() {
     world.begin_ledger();
     run(&mut world, 120);
     let l = ledger(&world);
-    // The turn of a step is that of the speed after it: half a step's gain too much, 1 of 240 in all.
+    // The rotation of a step uses the speed after it: half a step's gain too much, 1/240 in total.
     assert!(l.now.angular > 1.0 && off(l.forces, l.now.angular) < 1.1 / 120.0, "{l:?}");
 }
 
@@ -114,7 +115,7 @@ fn what_the_user_does_between_steps_is_booked() {
     let l = ledger(&world);
     assert!(off(l.impulses, 2000.0) < 1.0e-6 && off(l.changes, 3000.0 * f64::from(G)) < 1.0e-6);
     assert!(l.dissipated.abs() < 1.0e-6 * l.now.total(), "{l:?}");
-    // The same after steps, and with a body that goes.
+    // The same after steps, and after the removal of a body.
     run(&mut world, 10);
     let l = ledger(&world);
     assert!(off(l.impulses, 2000.0) < 1.0e-6 && off(l.changes, 3000.0 * f64::from(G)) < 1.0e-6);
@@ -132,7 +133,7 @@ fn a_belt_gives_half_of_its_work_to_the_box_and_half_to_heat() {
     belt = belt.with_linear_velocity([3.0, 0.0, 0.0]);
     belt = belt.with_shape(ShapeDef::box_half([20.0, 0.5, 2.0]).with_friction(0.5));
     world.add_body(belt).unwrap();
-    // Flat, so that it does not rock when the belt takes it along.
+    // Flat, so that it does not rock when the belt accelerates it.
     let mut def = BodyDef::dynamic().with_position([0.0, 0.1, 0.0]);
     def = def.with_shape(ShapeDef::box_half([0.5, 0.1, 0.5]).with_friction(0.5));
     let parcel = world.add_body(def).unwrap();
@@ -141,8 +142,8 @@ fn a_belt_gives_half_of_its_work_to_the_box_and_half_to_heat() {
     run(&mut world, 120);
     assert!((world.body(parcel).unwrap().linear_velocity().x - 3.0).abs() < 1.0e-3);
     let (l, work) = (ledger(&world), mass * 9.0);
-    // Friction μ m g over 0.61 s. The step in which sliding ends is booked as if all of it were like its
-    // end: one of 37 steps at most.
+    // Friction μ m g over 0.61 s. The step in which sliding ends is accounted as if all of it were
+    // like its end: one of 37 steps at most.
     assert!(off(l.kinematic, work) < 1.0 / 37.0, "{l:?}");
     assert!(off(l.dissipated, 0.5 * work) < 2.0 / 37.0, "{l:?}");
 }
@@ -163,8 +164,8 @@ fn a_spring_holds_half_k_x_squared() {
     let expected = 0.5 * (0.5 * mass * omega * omega) * 0.25;
     let start = world.audit().energy;
     assert!(off(start.elastic, expected) < 1.0e-6, "{start:?} {expected}");
-    // A quarter of its period of 2 s later all of it is motion. The implicit spring loses ω h of
-    // it in a radian, (π/2) ω h = 1 % at h = 1/480 s.
+    // A quarter of its period of 2 s later all energy is kinetic. The implicit spring loses ω h of
+    // it per radian, (π/2) ω h = 1 % at h = 1/480 s.
     world.begin_ledger();
     run(&mut world, 30);
     let l = ledger(&world);
@@ -187,18 +188,18 @@ fn a_free_collision_keeps_both_momenta_and_loses_energy() {
     // Each substep of the collision rounds 3 m/s in f32, at random.
     let linear = (after.linear - before.linear).length() / before.linear.length();
     assert!(linear < 1.0e-5, "{linear}");
-    // The impulse, at most what stops both against each other, acts on arms of the step's start; within
-    // the step they come apart by up to 3 m/s / 60 Hz = 5 cm.
+    // The impulse, at most the one that stops both bodies, acts at the lever arms of the step's
+    // start. Within the step they separate by up to 3 m/s / 60 Hz = 5 cm.
     let own = (after.about_center - before.about_center).length();
     assert!(own < 1500.0 * 0.05, "{own}");
-    // About the origin there is the orbital part besides: L₀ = C × P + L.
+    // About the origin there is also the orbital part: L₀ = C × P + L.
     for m in [before, after] {
         let sum = m.center_of_mass.cross(m.linear) + m.about_center;
         assert!((sum - m.about_origin).length() < 1.0e-5 * m.about_origin.length(), "{m:?}");
     }
 }
 
-/// A cube on a slope of this tangent after two seconds.
+/// A cube after two seconds on a slope of this tangent.
 fn on_slope(tan: f32, friction: f32) -> World {
     let mut world = World::default();
     let cos = 1.0 / (1.0 + tan * tan).sqrt();
@@ -216,17 +217,18 @@ fn on_slope(tan: f32, friction: f32) -> World {
 
 #[test]
 fn the_cone_is_used_as_far_as_the_slope_asks() {
-    // Sliding: all of it, within a few roundings of the disc's root and quotient.
+    // Sliding: full use of friction, within a few roundings of the disc's root and quotient.
     let sliding = on_slope(0.5, 0.3).audit().cone.unwrap();
     assert!((sliding.ratio - 1.0).abs() < 8.0 * f32::EPSILON, "{sliding:?}");
-    // At rest: as much as the slope has of the friction coefficient.
+    // At rest: the ratio of the slope to the friction coefficient.
     let resting = on_slope(0.2, 0.8).audit().cone.unwrap();
     assert!((resting.ratio - 0.25).abs() < 1.0e-3, "{resting:?}");
 }
 
 #[test]
 fn an_overlap_is_told_as_it_is_after_the_step() {
-    // Being pushed out of 10 mm: each step the depth is that of the poses after it.
+    // The cube is pushed out of a depth of 10 mm: in each step the depth is that of the final
+    // poses.
     let mut world = with_ground(0.6);
     let cube = world.add_body(cube_at(vec3(0.0, 0.49, 0.0))).unwrap();
     let mut depth = 0.01;
@@ -250,7 +252,7 @@ fn an_overlap_is_told_as_it_is_after_the_step() {
         assert_eq!(world.audit().worst, Some(worst));
     }
     assert!(steps > 1);
-    // A ball that spins by half a radian a step: its surface is where it was.
+    // A ball that spins by half a radian per step: its surface stays in place.
     let mut world = with_ground(0.0);
     let ball = ball_at(vec3(0.0, 0.49, 0.0)).with_angular_velocity([0.0, 0.0, 30.0]);
     let ball = world.add_body(ball).unwrap();
@@ -284,11 +286,11 @@ fn what_a_contact_leaves_unsolved_is_measured() {
     let cube = world.add_body(cube_at(vec3(0.0, 0.5, 0.0))).unwrap();
     run(&mut world, 20);
     let rest = world.audit().residual;
-    // The relax sweep solves one cube's points to rounding of 1 m/s; they rest 0.05 mm apart, each
-    // under a quarter of the weight.
+    // The relax sweep solves one cube's points to the rounding of 1 m/s; they rest 0.05 mm apart,
+    // each under a quarter of the weight.
     assert!(rest.relative < 1.0e-4 && rest.gap <= 0.25 * 5.1e-5, "{rest:?}");
     assert!(rest.pull <= 0.0);
-    // As if the solver had let it approach at 1 m/s: 1/(9.81/60) of a step's gravity impulse.
+    // As if the solver had allowed an approach at 1 m/s: 1/(9.81/60) of a step's gravity impulse.
     world.body_mut(cube).unwrap().set_linear_velocity([0.0, -1.0, 0.0]);
     let bad = world.audit().residual;
     assert!((bad.speed - 1.0).abs() < 1.0e-5 && (bad.relative * G * DT - 1.0).abs() < 1.0e-4);
@@ -335,7 +337,7 @@ fn an_audit_changes_nothing() {
     assert_eq!(plain.state_hash(), watched.state_hash());
 }
 
-/// Two boxes, a plank over both, a ball on the plank: boxes, plank, ball.
+/// Two boxes, a plank across both, and a ball on the plank; returns boxes, plank, ball.
 fn plank_and_ball(world: &mut World, speed: f32) -> [BodyId; 4] {
     let boxes = [-2.0, 2.0].map(|x| world.add_body(cube_at(vec3(x, 0.5, 0.0))).unwrap());
     let plank = BodyDef::dynamic().with_position([0.0, 1.1, 0.0]);
@@ -372,7 +374,7 @@ fn why_awake_follows_an_island_into_sleep() {
         let why = world.why_awake(left).unwrap();
         match why.cause {
             AwakeCause::Waiting { seconds_left } => {
-                // The island sleeps when the last of its bodies may; none moves any more.
+                // The island sleeps when its last body may; all bodies are at rest.
                 assert!(seconds_left < last, "{seconds_left} {last}");
                 last = seconds_left;
             }
@@ -394,7 +396,7 @@ fn why_awake_knows_the_other_reasons() {
     let below = world.add_body(cube_at(vec3(0.0, 0.5, 0.0))).unwrap();
     let restless = BodyDef { can_sleep: false, ..cube_at(vec3(0.0, 1.5, 0.0)) };
     let restless = world.add_body(restless).unwrap();
-    // A belt moves a box at some distance.
+    // A belt moves a box some distance away.
     let belt = BodyDef::kinematic().with_position([10.0, -0.5, 0.0]);
     let belt = belt.with_linear_velocity([0.0, 0.0, 0.3]);
     let belt = world.add_body(belt.with_shape(ShapeDef::box_half([2.0, 0.6, 5.0]))).unwrap();
@@ -423,8 +425,8 @@ fn why_awake_knows_the_other_reasons() {
 
 #[test]
 fn why_awake_tells_of_an_island_that_is_not_taken_apart_yet() {
-    // Three pairs of cubes are taken apart at once. Only one island a step is looked through, so when all
-    // of them have been still for long enough two have to wait.
+    // Three pairs of cubes are separated at once. A step checks only one island for splits, so two
+    // islands must wait when all have been still for long enough.
     let mut world = with_ground(0.6);
     let mut pairs = Vec::new();
     for x in [0.0, 10.0, 20.0] {

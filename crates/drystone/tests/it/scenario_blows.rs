@@ -1,5 +1,5 @@
-//! What does not bounce stays where it falls: on the ground, on what lies there, with what lies on it. An impulse that stops a blow is given
-//! once.
+//! A body without restitution stays where it falls: on the ground, on other bodies, and with bodies
+//! on top of it. The impulse that stops an impact acts only once.
 
 use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, vec3};
 
@@ -7,7 +7,7 @@ use crate::floors::{FLOORS, Floor, ground};
 
 const GRAVITY: f32 = 9.81;
 
-/// Cubes above each other, each with its lower face at one of these heights, in sizes.
+/// A stack of cubes with lower faces at these heights, in sizes.
 fn pile(size: f32, floor: Floor, sleeps: bool, heights: &[f32]) -> (World, Vec<BodyId>) {
     let mut world = World::default();
     let mut config = world.config().clone();
@@ -24,7 +24,7 @@ fn pile(size: f32, floor: Floor, sleeps: bool, heights: &[f32]) -> (World, Vec<B
     (world, cubes)
 }
 
-/// The greatest speed upward within the time in which something falls three sizes [m/s].
+/// Maximum upward speed during the time of a fall by three sizes [m/s].
 fn rises(world: &mut World, bodies: &[BodyId], size: f32, hertz: f32) -> f32 {
     let mut left = (6.0 * size / GRAVITY).sqrt() + 0.5 * size.sqrt();
     let mut most = 0.0_f32;
@@ -38,8 +38,8 @@ fn rises(world: &mut World, bodies: &[BodyId], size: f32, hertz: f32) -> f32 {
     most
 }
 
-/// A cube falls on a cube, two fall on the ground together, two on two, and one on four. What is pressed together by that leaves no faster
-/// than contacts push, and those above each other push together.
+/// A cube falls on a cube, two fall on the ground together, two on two, and one on four. The
+/// compressed bodies separate no faster than contacts push, and those in a stack push together.
 #[test]
 fn what_does_not_bounce_stays_down() {
     let worlds = [
@@ -69,7 +69,7 @@ fn what_does_not_bounce_stays_down() {
     }
 }
 
-/// A ball that bounces leaves a crate that does not where it lies, on the ground.
+/// A bouncing ball leaves a crate without restitution at rest on the ground.
 #[test]
 fn a_crate_that_a_ball_bounces_off_stays_down() {
     let (mut world, crates) = pile(1.0, Floor::Box, true, &[0.0]);
@@ -79,8 +79,9 @@ fn a_crate_that_a_ball_bounces_off_stays_down() {
     assert!(up <= world.config().contact.push_speed, "{up} m/s");
 }
 
-/// Thirty dominoes of a height, an eighth of it thick and half of it apart, the first of which falls: how fast the wave runs in the
-/// middle, over √(g h), and the deepest that one came into the floor, over its height.
+/// Thirty dominoes with a thickness of an eighth of their height and a spacing of half, the first
+/// of which falls. Returns the wave speed in the middle over √(g h), and the maximum depth in the
+/// floor over the height.
 fn dominoes(height: f32, hertz: f32) -> (f32, f32) {
     let half = vec3(height / 16.0, height / 2.0, height / 4.0);
     let pitch = 0.5 * height;
@@ -92,7 +93,7 @@ fn dominoes(height: f32, hertz: f32) -> (f32, f32) {
             let at = [pitch * f32::from(i), half.y, 0.0];
             let mut def = BodyDef::dynamic().with_position(at).with_shape(ShapeDef::box_half(half));
             if i == 0 {
-                // It turns about its lower edge.
+                // It rotates about its lower edge.
                 let spin = 2.0 * (GRAVITY / height).sqrt();
                 let speed = [spin * half.y, spin * half.x, 0.0];
                 def = def.with_angular_velocity([0.0, 0.0, -spin]).with_linear_velocity(speed);
@@ -120,8 +121,8 @@ fn dominoes(height: f32, hertz: f32) -> (f32, f32) {
     (15.0 * pitch / (last - first) / (GRAVITY * height).sqrt(), deepest / height)
 }
 
-/// Dominoes fall alike whatever their size, down to those of which one falls in a step: the wave has the speed that it has in steps of
-/// 1/480 s, to a tenth, and none is pressed into the floor.
+/// Dominoes of any size fall alike, even if one falls per step. The wave speed equals that of steps
+/// of 1/480 s within a tenth, and no domino is pressed into the floor.
 #[test]
 fn dominoes_fall_alike_in_all_sizes() {
     let rows = [

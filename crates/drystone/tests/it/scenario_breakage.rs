@@ -14,7 +14,7 @@ fn cube(world: &mut World, at: Vec3, mass: f32) -> BodyId {
     world.add_body(def.with_mass(mass)).unwrap()
 }
 
-/// A cube held by its side at the origin, with this strength.
+/// A cube held by its side at the origin, by a joint of this strength.
 fn held(at: Vec3, mass: f32, strength: [f32; 2]) -> (World, BodyId, JointId) {
     let mut world = World::default();
     let post = world.add_body(BodyDef::fixed()).unwrap();
@@ -24,7 +24,7 @@ fn held(at: Vec3, mass: f32, strength: [f32; 2]) -> (World, BodyId, JointId) {
     (world, body, joint)
 }
 
-/// Steps until the joint breaks; how many, and what it had to bear.
+/// Steps until the joint breaks; returns the number of steps, and its load.
 fn breaks(world: &mut World, joint: JointId, steps: u32) -> Option<(u32, f32, f32)> {
     for step in 1..=steps {
         world.step(DT);
@@ -39,7 +39,7 @@ fn breaks(world: &mut World, joint: JointId, steps: u32) -> Option<(u32, f32, f3
 
 #[test]
 fn a_joint_breaks_under_more_force_or_torque_than_it_can_bear_and_not_under_less() {
-    // 10 kg: 98.1 N, and hung from its top no torque.
+    // 10 kg: 98.1 N, and no torque when hung from its top.
     let (mut world, body, joint) = held(vec3(0.0, -0.2, 0.0), 10.0, [90.0, f32::INFINITY]);
     let (step, force, _) = breaks(&mut world, joint, 60).unwrap();
     println!("{step} {force}");
@@ -47,9 +47,10 @@ fn a_joint_breaks_under_more_force_or_torque_than_it_can_bear_and_not_under_less
     for _ in 0..60 {
         world.step(DT);
     }
-    // It falls freely since: 4.9 m in the second.
+    // It has fallen freely since: 4.9 m in one second.
     assert!(world.body(body).unwrap().position().y < -4.5);
-    // Velocities are found at once as the joint is: no blow when it is let go. Twice a weight is never reached.
+    // Velocities are consistent with the joint from the start, so there is no impact at release.
+    // The load never reaches twice the weight.
     let (mut world, _, joint) = held(vec3(0.0, -0.2, 0.0), 10.0, [110.0, f32::INFINITY]);
     assert_eq!(breaks(&mut world, joint, 300), None);
     // 98.1 N at 1 m.
@@ -57,7 +58,7 @@ fn a_joint_breaks_under_more_force_or_torque_than_it_can_bear_and_not_under_less
     assert!(breaks(&mut world, joint, 60).is_some());
     let (mut world, _, joint) = held(vec3(1.0, 0.0, 0.0), 10.0, [f32::INFINITY, 110.0]);
     assert_eq!(breaks(&mut world, joint, 300), None);
-    // Ball joints and rods know forces only.
+    // Ball joints and rods have forces only.
     for kind in [0, 1] {
         for (strength, is_broken) in [(90.0, true), (110.0, false)] {
             let mut world = World::default();
@@ -78,7 +79,8 @@ fn a_joint_breaks_under_more_force_or_torque_than_it_can_bear_and_not_under_less
 fn what_breaks_apart_keeps_its_momentum() {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world = World::new(config).unwrap();
-    // A dumbbell that spins at 10 rad/s: 100 N at 1 m and 1 kg. It is spun up further until that is too much.
+    // A dumbbell that spins at 10 rad/s: 100 N at 1 m and 1 kg. Its spin increases until the joint
+    // breaks.
     let bodies = [1.0, -1.0].map(|x| cube(&mut world, vec3(x, 0.0, 0.0), 1.0));
     for (id, sign) in bodies.into_iter().zip([1.0, -1.0]) {
         let mut body = world.body_mut(id).unwrap();
@@ -112,11 +114,11 @@ fn what_breaks_apart_keeps_its_momentum() {
         {
             let now = momentum(&world);
             assert!((now.0 - last.0).length() < 1.0e-5 * last.0.length(), "{now:?} {last:?}");
-            // The spin about the center of both: what a step of turning makes of it in f32.
+            // The spin about the common center: within the f32 error of a step of rotation.
             assert!((now.1 - last.1).length() < 1.0e-3 * last.1.length(), "{now:?} {last:?}");
         }
     }
-    // ω² = 150 at 12.2 rad/s, from 10 by 0.02 m/s a step: after 112 steps.
+    // ω² = 150 at 12.2 rad/s, from 10 by 0.02 m/s per step: after 112 steps.
     let step = broken.unwrap();
     println!("{step}");
     assert!((100..125).contains(&step), "{step}");
@@ -196,7 +198,7 @@ fn joints_that_make_no_sense_are_refused_by_name() {
     }
 }
 
-/// A cube of 2 kg, and one of three joints to hold it.
+/// A cube of 2 kg, held by one of three joints.
 fn held_cube(world: &mut World, kind: u8) -> JointDef {
     let post = world.add_body(BodyDef::fixed()).unwrap();
     let block = cube(world, Vec3::ZERO, 2.0);
@@ -210,9 +212,9 @@ fn held_cube(world: &mut World, kind: u8) -> JointDef {
 
 #[test]
 fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
-    // A ball of 1 kg at 5 m/s hits a held cube: 5 N s go through the joint, whatever it is, in one step, or where the
-    // blow comes at a step's end in two, half of it at least in one. What a joint gave is what the two bodies'
-    // momentum changed by.
+    // A ball of 1 kg at 5 m/s hits a held cube. The joint of any kind transmits 5 N s in one step,
+    // or in two if the impact is at a step's end, with at least half in one. The impulse of a joint
+    // is the change of the two bodies' momentum.
     for (kind, phase, limit) in
         (0..48_u8).map(|i| (i % 3, i / 3 % 8, [2.4, 7.0][usize::from(i / 24)]))
     {
@@ -248,8 +250,10 @@ fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
 
 #[test]
 fn the_force_of_a_blow_is_that_of_a_substep_in_whatever_parts_it_is_solved() {
-    // A ball of 1 kg at 5 m/s hits a held cube. Force is the mean of a substep of the world, so times that it is no more than
-    // what an elastic blow gives, 2 m v, and no less than an eighth of a plastic one's. By parts it was up to so many times that.
+    // A ball of 1 kg at 5 m/s hits a held cube. Force is the mean over a substep of the world.
+    // Times that substep it is at most the impulse of an elastic impact, 2 m v, and at least an
+    // eighth of a plastic one's. With refined substeps it once was larger by up to the refinement
+    // factor.
     for (parts, kind) in [1, 2, 4, 8].into_iter().flat_map(|parts| [0, 1, 2].map(|k| (parts, k))) {
         let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
         config.joint.refine = parts;
@@ -276,7 +280,7 @@ fn the_force_of_a_blow_is_that_of_a_substep_in_whatever_parts_it_is_solved() {
 
 #[test]
 fn a_joint_wears_out_by_the_power_of_its_load_and_is_as_new_when_replaced() {
-    // Half of its limit: 1/8 of its life a second with the power 3, so it lasts 8 s: 480 steps.
+    // Half of its limit: 1/8 of its life per second with power 3, so it lasts 8 s: 480 steps.
     let run = |strength: JointStrength, renew: Option<u32>| {
         let (mut world, _, joint) = held(vec3(0.0, -0.2, 0.0), 10.0, [1.0e6; 2]);
         world.joint_mut(joint).unwrap().set_strength(Some(strength)).unwrap();

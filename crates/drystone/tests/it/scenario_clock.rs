@@ -1,4 +1,4 @@
-//! Steps of one length under frames of any length, and what is drawn between them.
+//! Steps of constant length under frames of any length, and the interpolated poses between them.
 
 use drystone::{BodyDef, BodyId, Clock, Pose, Quat, ShapeDef, World, WorldConfig, vec3};
 
@@ -24,10 +24,10 @@ fn what_is_drawn_moves_evenly_one_step_behind() {
             time += frame;
             let at = clock.pose(&world, id).unwrap();
             let drawn = 6.0 * (time - STEP).max(0.0);
-            // Before the first step there is nothing to be between.
+            // Before the first step there is no interval to interpolate.
             if time > 2.0 * STEP {
                 let off = (at.position.x - drawn).abs();
-                // Roundings of sums of a thousand frames, at 6 m/s.
+                // Rounding of sums over a thousand frames, at 6 m/s.
                 assert!(off < 1.0e-3, "{frame}: {off} m off {drawn}");
                 let turned = 3.0 * (time - STEP);
                 let expected = Quat::from_axis_angle([0.0, 0.0, 1.0], turned);
@@ -61,7 +61,7 @@ fn the_world_does_not_depend_on_the_frames() {
     let mut hashes = Vec::new();
     for frames in [vec![STEP], vec![0.003], vec![0.001, 0.02, 0.004]] {
         let (mut world, _) = run(&frames);
-        // A frame may take several steps: all worlds go to the same one.
+        // A frame may take several steps: all worlds run to the same step.
         while world.body(world.bodies().next().unwrap().id()).unwrap().position().x < 9.0 {
             world.step(STEP);
         }

@@ -14,7 +14,7 @@ use drystone::{
 
 const DT: f32 = 1.0 / 60.0;
 
-/// What a coupling of soft-step is as hard as [rad/s]: an eighth of the substeps' frequency.
+/// Angular frequency of a coupling in soft-step [rad/s]: an eighth of the substeps' frequency.
 const OMEGA: f32 = 2.0 * core::f32::consts::PI * 0.125 * 480.0;
 
 /// Moment of inertia of a wheel about its axis [kg m²].
@@ -72,20 +72,22 @@ fn gears_keep_their_ratio_for_ten_seconds_under_load() {
             off = off.max(joint.angular_error());
             most = most.max(joint.coupling_force().unwrap().abs());
         }
-        // The motor's torque less the brake's through the gears turns both up to speed, then it is held.
+        // The motor's torque less the brake's through the gears accelerates both wheels; then the
+        // speed is held.
         let rate = (2.0 - 0.3 * ratio.abs()) / (WHEEL * (1.0 + ratio * ratio));
         let exact = 12.0 * 10.0 - 12.0 * 12.0 / (2.0 * rate);
         assert!((turn(&world, first) / exact - 1.0).abs() < 1.0e-3, "{}", turn(&world, first));
-        // What it says of itself is what the angles say, to the rounding of hundreds of radians.
+        // The coupling's own error agrees with the angles, up to the rounding of hundreds of
+        // radians.
         let gap = turn(&world, second) - ratio * turn(&world, first);
         assert!(gap.abs() < off + 4.0 * f32::EPSILON * 120.0 * ratio.abs().max(1.0), "{gap}");
-        // A joint gives way by load × inverse mass ÷ (2πf)²; twice that where the load comes at once; angles
-        // within a turn are known to their rounding.
+        // A joint yields by load × inverse mass ÷ (2πf)², and by twice that if the load is sudden.
+        // Angles within a turn are accurate to rounding.
         let give = (1.0 + ratio * ratio) / WHEEL / (OMEGA * OMEGA);
         let rounding = 4.0 * f32::EPSILON * core::f32::consts::PI * ratio.abs().max(1.0);
         println!("{ratio}: {off} rad off, {most} N m, gives {} rad", most * give);
         assert!(off < 2.0 * most * give + rounding, "{ratio}: {off}");
-        // The brake's torque comes through the gears.
+        // The brake's torque passes through the gears.
         let force = world.joint(coupling).unwrap().coupling_force().unwrap();
         assert!((force.abs() - 0.3).abs() < 0.003, "{ratio}: {force} N m");
     }
@@ -96,7 +98,7 @@ fn a_rack_moves_its_load_as_the_torque_says() {
     let mut world = weightless();
     let base = world.add_body(BodyDef::fixed()).unwrap();
     let pinion = wheel(&mut world, 0.0);
-    // A motor that never reaches its speed is a torque.
+    // A motor that never reaches its speed is a constant torque.
     let torque = JointAxis::driven(JointDrive::motor(1.0e4, 0.5));
     let hinge = hinge(&mut world, base, pinion, torque);
     let rack = BodyDef::dynamic().with_position([0.0, 0.1, 0.0]);
@@ -111,8 +113,8 @@ fn a_rack_moves_its_load_as_the_torque_says() {
     for _ in 0..120 {
         world.step(DT);
     }
-    // a = τ r / (I + m r²), from rest; semi-implicit steps of 1/480 s over 2 s are exact in speed, and their way
-    // is longer by h/t = 1e-3.
+    // a = τ r / (I + m r²), from rest. Semi-implicit steps of 1/480 s over 2 s are exact in speed,
+    // and the displacement is longer by h/t = 1e-3.
     let a = 0.5 * radius / (WHEEL + 3.0 * radius * radius);
     let speed = world.body(rack).unwrap().linear_velocity().x;
     assert!((speed / (2.0 * a) - 1.0).abs() < 2.0e-3, "{speed} m/s, {} m/s", 2.0 * a);
@@ -150,7 +152,7 @@ fn fingers_on_a_moving_hand_follow_each_other_and_keep_momentum() {
     for _ in 0..60 {
         world.step(DT);
     }
-    // What is 2 cm off at first is 2 cm apart soon after.
+    // An initial error of 2 cm disappears quickly.
     assert!((way(&world, joint_b) - way(&world, joint_a) - 0.02).abs() < 1.0e-4);
     world.body_mut(fingers[0]).unwrap().apply_impulse([0.0, 0.15, 0.0]);
     let start = world.momentum();
@@ -159,11 +161,12 @@ fn fingers_on_a_moving_hand_follow_each_other_and_keep_momentum() {
         world.step(DT);
         off = off.max((way(&world, joint_b) - way(&world, joint_a) - 0.02).abs());
     }
-    // Momentum of a quarter kg m/s is kept to the rounding of 480 substeps.
+    // A momentum of a quarter kg m/s is kept to the rounding of 480 substeps.
     let drift = (world.momentum() - start).length();
     println!("fingers {off} m off, momentum {drift} kg m/s off");
     assert!(drift < 480.0 * f32::EPSILON * 0.25, "{drift}");
-    // 0.15 N s on 0.3 kg: it goes its way alone until both sliders have told, a substep each.
+    // 0.15 N s on 0.3 kg: the first slider moves alone until both sliders have reacted, a substep
+    // each.
     assert!(off < 2.0 * 0.5 * DT / 8.0, "{off}");
     assert!(way(&world, joint_a) > 0.05, "they have moved: {}", way(&world, joint_a));
 }
@@ -228,7 +231,7 @@ fn what_is_wrong_is_refused_and_named() {
     let kind = world.joint(coupling).unwrap().kind();
     let again = JointDef { kind, ..JointDef::new(a, b, Ball::new()) };
     assert_eq!(world.add_joint(again).unwrap_err().field(), "kind");
-    // It goes with either of its joints.
+    // The coupling disappears with either of its joints.
     assert!(world.remove_joint(second));
     assert!(world.joint(coupling).is_none());
     assert_eq!(world.joints().count(), 2);
@@ -304,7 +307,8 @@ fn atwood(masses: [f32; 2], pulley: impl Fn(Pulley) -> Pulley) -> (World, [BodyI
 
 #[test]
 fn atwoods_machine_falls_as_its_masses_say() {
-    // a_a = g (m_a r² - r m_b)/(m_a r² + m_b), of which r = 1 is g (m_a - m_b)/(m_a + m_b); T = m_a (g - a_a).
+    // a_a = g (m_a r² - r m_b)/(m_a r² + m_b), which for r = 1 is g (m_a - m_b)/(m_a + m_b); T =
+    // m_a (g - a_a).
     for (a, b, ratio) in [
         (3.0_f32, 1.0_f32, 1.0_f32),
         (1.0, 3.0, 1.0),
@@ -324,8 +328,8 @@ fn atwoods_machine_falls_as_its_masses_say() {
         }
         let speed = |i: usize| -world.body(bodies[i]).unwrap().linear_velocity().y;
         let told = world.joint(joint).unwrap().tension().unwrap();
-        // A rope gives way as joints do, by T (1/m_a + r²/m_b)/(2πf)², twice that at first; the speed at which it
-        // does is that over a few substeps.
+        // A rope yields as joints do, by T (1/m_a + r²/m_b)/(2πf)², and by twice that at first. Its
+        // speed of yielding is that over a few substeps.
         let give = tension * (1.0 / a + ratio * ratio / b) / (OMEGA * OMEGA);
         println!(
             "{a} {b} {ratio}: {} m/s of {}, tension {told} N of {tension}, {worst} m of {give} m",
@@ -342,7 +346,7 @@ fn atwoods_machine_falls_as_its_masses_say() {
 #[test]
 fn a_slack_rope_pulls_nothing_until_it_is_taut() {
     let (mut world, bodies, joint) = atwood([1.0, 1.0], |rope| Pulley { length: 5.0, ..rope });
-    // Both fall freely: half a meter each, 0.319 s, then they hang still.
+    // Both fall freely by half a meter each, 0.319 s, and then hang still.
     for _ in 0..18 {
         world.step(DT);
         assert!(world.joint(joint).unwrap().tension().unwrap().abs() < 1.0e-6);
@@ -380,7 +384,7 @@ fn wrong_pulleys_are_refused_and_named() {
     let posts = [0, 1].map(|_| world.add_body(BodyDef::fixed()).unwrap());
     let fixed = JointDef::new(posts[0], posts[1], good);
     assert_eq!(world.add_joint(fixed).unwrap_err().field(), "body_b");
-    // An anchor on its point has no direction; it is no fault.
+    // An anchor at its pulley point has no direction; this is not a fault.
     let at = world.body(a).unwrap().position();
     let short = Pulley::rope([at, Vec3::ZERO], 0.1);
     world.add_joint(JointDef::new(a, b, short)).unwrap();

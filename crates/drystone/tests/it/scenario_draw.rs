@@ -1,4 +1,4 @@
-//! Lines that show a world: they lie on what they show.
+//! Debug lines lie on the objects that they show.
 
 use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions, DebugTint};
 use drystone::geometry::Aabb;
@@ -92,7 +92,7 @@ fn what_is_not_asked_for_is_not_drawn_and_a_region_leaves_out_the_rest() {
     let near = drawn(&world, DebugDrawOptions { region, bounds: true, axes: true, ..SHAPES });
     assert_eq!(near.lines.len(), 12 + 12 + 3);
     assert!(near.lines.iter().all(|(a, b, _)| a.x < 2.0 && b.x < 2.0));
-    // A size that is none is 0: no axis has a length, and no number is none.
+    // An invalid size is 0: no axis has a length, and no number is NaN.
     for size in [f32::NAN, f32::INFINITY, -1.0] {
         let axes = DebugDrawOptions { axes: true, size, ..DebugDrawOptions::NOTHING };
         assert!(drawn(&world, axes).lines.iter().all(|(a, b, _)| a == b));
@@ -124,7 +124,7 @@ fn contacts_joints_particles_and_islands_show() {
         .iter()
         .filter(|(a, b, _)| (*b - *a).try_normalize().is_some_and(|n| n.y.abs() > 0.99));
     let longest = normals.map(|(a, b, _)| (*b - *a).length()).fold(0.0, f32::max);
-    // The contact that bears most has the whole size, and a tenth as every one.
+    // The contact with the largest load has the full size, plus a tenth, as every contact.
     assert!((longest - 0.55).abs() < 1.0e-4, "{longest}");
     let joints = drawn(&world, DebugDrawOptions { joints: true, limits: true, ..only });
     assert_eq!((joints.lines.len(), joints.points.len()), (2, 2));
@@ -134,7 +134,7 @@ fn contacts_joints_particles_and_islands_show() {
     let colors = |lines: Lines| -> BTreeSet<[u8; 3]> {
         lines.lines.iter().map(|(_, _, c)| [c.red, c.green, c.blue]).collect()
     };
-    // The floor, two islands and what hangs; by kinds the floor and what is awake.
+    // The floor, two islands and the hanging bodies; by kinds, the floor and the awake bodies.
     assert_eq!(colors(drawn(&world, DebugDrawOptions { tint, ..SHAPES })).len(), 4);
     assert_eq!(colors(drawn(&world, SHAPES)).len(), 2);
 }

@@ -1,17 +1,17 @@
-//! Nothing passes through anything, however fast, thin, small or large, at whatever rate of steps; and what it meets gets its
-//! momentum.
+//! Nothing passes through anything at any speed, thickness, size or rate of steps, and the target
+//! gets the momentum.
 
 use drystone::joint::Hinge;
 use drystone::{BodyDef, BodyId, JointDef, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
-/// Rates of steps [1/s] and scales of lengths.
+/// Rates of steps [1/s], and scales of lengths.
 const RATES: [f32; 3] = [30.0, 60.0, 120.0];
 const SCALES: [f32; 3] = [0.01, 1.0, 100.0];
 
-/// The least length that a shape may have [m].
+/// Minimum length of a shape [m].
 const THINNEST: f32 = 1.0e-5;
 
-/// A world without gravity where a meeting at the slowest speed of the scale counts as a hit.
+/// A world without gravity, in which an impact at the slowest speed of the scale counts as a hit.
 fn weightless(scale: f32) -> World {
     let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     config.contact.hit_speed = scale.min(1.0);
@@ -22,18 +22,18 @@ fn hits_of(world: &World, body: BodyId) -> usize {
     world.events().hits.iter().filter(|hit| [hit.body_a, hit.body_b].contains(&body)).count()
 }
 
-/// What stands in the way of a shot, at the origin.
+/// The target of a shot, at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     Static,
     Dynamic,
     Asleep,
     Kinematic,
-    /// Carried along beside the shot's way.
+    /// Carried along beside the shot's path.
     Carried,
     Spinning,
     Door,
-    /// It comes toward the shot at a third of its speed.
+    /// Moves toward the shot at a third of its speed.
     Coming,
 }
 
@@ -48,8 +48,8 @@ const TARGETS: [Target; 8] = [
     Target::Coming,
 ];
 
-/// A shot along x from `distance` [m] before a plate of 2 m whose half thickness is `half` [m], at `speed` [m/s], all `scale`
-/// times as large.
+/// A shot along x from `distance` [m] before a plate of 2 m with half thickness `half` [m], at
+/// `speed` [m/s], with everything scaled by `scale`.
 struct Shot {
     shape: &'static str,
     half: f32,
@@ -130,7 +130,7 @@ impl Shot {
         }
         assert_eq!(hits, 1, "hits of {}", of());
         if world.body(plate).unwrap().mass() > 0.0 && target != Target::Door {
-            // All roundings of the solver: some hundreds of 6e-8.
+            // Roundings of the solver: some hundreds of 6e-8.
             let lost = (world.momentum() - momentum).length();
             let most = 2.0e-5 * 0.1 * self.speed * self.scale;
             assert!(lost < most, "{} loses {lost} N s", of());
@@ -151,7 +151,7 @@ fn no_shot_passes_a_plate_of_any_kind() {
                 .into_iter()
                 .flat_map(|h| [20.0, 60.0, 300.0].map(|s| (h, s)))
             {
-                // From all parts of a step, in no order.
+                // Impacts at all fractions of a step, in scrambled order.
                 number = (number + 37) % 64;
                 let distance = 0.15 + 1.3 * speed / rate * f32::from(number) / 64.0;
                 Shot { shape, half, speed, distance, rate, scale }.is_stopped_by(target);
@@ -169,7 +169,7 @@ fn a_shot_that_is_given_its_speed_right_before_a_thin_plate_does_not_pass_it() {
             let plate = world.add_body(plate.with_mass(1.0)).unwrap();
             let ball = BodyDef::dynamic().with_mass(0.1).with_position([-0.3, 0.0, 0.0]);
             let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.02))).unwrap();
-            // Boxes in the trees are those of a body at rest, and of shorter steps.
+            // Bounds in the trees are those of a body at rest, and of shorter steps.
             for _ in 0..4 {
                 world.step(0.1 / rate);
             }
@@ -212,13 +212,14 @@ fn two_balls_that_fly_at_each_other_meet_and_their_center_goes_on() {
                     format!("{radius} m at {speed} m/s from {distance} m, {rate} Hz, x{scale}");
                 assert_eq!(hits, 1, "{of}");
                 let [a, b] = pair.map(|id| world.body(id).unwrap());
-                // They meet 0.5 radii off the line of centers, 0.25 of the sum of both: along that nothing is left, so of v
-                // at most 0.25² is, and as much again for where within a substep's frozen normal they met.
+                // They meet 0.5 radii off the line of centers, 0.25 of the sum of both. No velocity
+                // is left along that line, so at most 0.25² of v remains. The error of the impact
+                // point within a substep's frozen normal adds the same again.
                 let left = a.linear_velocity().x / (speed * scale);
                 assert!(left.abs() < 0.2, "{of}: goes on at {left} of its speed");
                 let center = (a.position() + b.position()) * (0.5 / scale);
                 let off = (center - vec3(-0.15 * distance, 0.25 * radius, 0.0)).length();
-                // Roundings of ways.
+                // Rounding of displacements.
                 assert!(off < 1.0e-5 * (distance + 8.0 * speed / rate), "{of}: center {off} m off");
             }
         }
@@ -291,8 +292,9 @@ fn a_bar_that_turns_far_in_a_step_does_not_pass_a_post() {
                 }
             }
             assert!(hits > 0, "{turn} rad a step, kind {kind}: no hit");
-            // A plastic blow 0.4 m from the middle of 1 kg gives it ω r / (1 + 0.16 · 12), what passes gets none. (How much turn
-            // is left is not asked: rows are frozen over a step in which the bar turns by radians.)
+            // A plastic impact 0.4 m from the middle of 1 kg gives it ω r / (1 + 0.16 · 12); a ball
+            // that passes gives nothing. (The remaining rotation is not checked: rows are frozen
+            // over a step in which the bar rotates by radians.)
             let blow = 60.0 * turn * 0.4 / 2.92;
             let got = world.body(bar).unwrap().linear_velocity().length();
             assert!(got > 0.25 * blow, "{turn} rad a step, kind {kind}: {got} of {blow} m/s");
@@ -327,7 +329,7 @@ fn what_flies_through_a_sensor_enters_and_leaves_it_once() {
                     .with_shape(ShapeDef::sphere(0.1));
                 world.add_body(ball).unwrap();
                 let (mut enters, mut exits, mut way) = (0, 0, 0.0);
-                // What is inside at the end of a step leaves in one after it.
+                // A ball inside at the end of a step leaves in a later step.
                 while way < 1.0 - at + 2.0 * speed / rate {
                     world.step(1.0 / rate);
                     way += speed / rate;

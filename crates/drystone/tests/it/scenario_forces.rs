@@ -1,4 +1,5 @@
-//! Contacts tell what they gave over the whole step: impulses, forces, hits of every landing, and only what is asked for.
+//! Contacts report the totals of the whole step: impulses, forces, hits of every landing, and only
+//! on request.
 
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ fn floor(kind: &str, scale: f32) -> ShapeDef {
         "box" => ShapeDef::box_half(vec3(5.0, 1.0, 5.0) * scale)
             .with_position(vec3(0.0, -1.0, 0.0) * scale),
         _ => {
-            // Four triangles that meet under the middle: what lies there has several manifolds.
+            // Four triangles meet under the middle, so a body there has several manifolds.
             let corner = |x: f32, z: f32| vec3(x, 0.0, z) * (5.0 * scale);
             let corners = vec![
                 corner(-1.0, -1.0),
@@ -73,7 +74,7 @@ fn the_forces_on_a_body_at_rest_are_its_weight() {
             assert!((sum - pair.normal_impulse).abs() <= 1.0e-6 * sum, "{what}");
             let mean = pair.normal_impulse * rate;
             assert!((pair.force.length() - mean).abs() < 1.0e-3 * mean, "{what}");
-            // Nothing changes: no substep differs from the mean.
+            // The load is constant: no substep differs from the mean.
             let most = pair.greatest_force;
             assert!((most - mean).abs() < 1.0e-2 * mean, "{what}: {most} of {mean} N");
             assert!(points.iter().all(|p| p.position.is_finite() && p.normal.y.abs() > 0.99));
@@ -105,7 +106,7 @@ fn the_impulses_of_a_fall_are_the_momentum_that_it_loses() {
             let impulse = world.events().contact_forces.iter().fold(Vec3::ZERO, |sum, pair| {
                 sum + pair.impulse * if pair.body_b == id { 1.0 } else { -1.0 }
             });
-            // Of each step, to a few roundings of the momentum in it.
+            // The sum over each step, to a few roundings of its momentum.
             let change = (world.body(id).unwrap().linear_velocity() - v - gravity * dt) * mass;
             let off = (change - impulse).length();
             let size = mass * (v.length() + impulse.length() / mass + G * scale * dt);
@@ -141,14 +142,14 @@ fn a_hit_tells_the_impulse_that_stops_the_fall() {
             let what = format!("{kind} x{scale} from {height} m, {bounce}: {hits:?}");
             assert_eq!(hits.len(), 1, "{what}");
             let wanted = mass * (1.0 + bounce) * hits[0].speed;
-            // Gravity acts on in the step.
+            // Gravity still acts in the step.
             let weight = mass * G * scale / 60.0;
             assert!((hits[0].impulse - wanted).abs() <= weight + 0.02 * wanted, "{what} {wanted}");
         }
     }
 }
 
-/// A plank on its edge falls over: its far edge lands though the pair touches all the time.
+/// A plank on its edge falls over: its far edge lands although the pair touches all the time.
 #[test]
 fn what_falls_over_lands_with_its_other_end() {
     for kind in ["plane", "box", "mesh"] {
@@ -158,7 +159,7 @@ fn what_falls_over_lands_with_its_other_end() {
             let mut def = BodyDef::dynamic().with_shape(shape).with_position([0.0, 0.6, 0.0]);
             def.rotation = Quat::from_axis_angle([0.0, 1.0, 0.0], turn);
             let along = def.rotation.rotate(vec3(0.0, 0.0, -1.0));
-            // About the edge that it stands on.
+            // It rotates about the edge that it stands on.
             def.angular_velocity = along;
             def.linear_velocity = along.cross(vec3(0.0, 0.6, 0.0));
             world.add_body(def).unwrap();
@@ -167,7 +168,7 @@ fn what_falls_over_lands_with_its_other_end() {
                 world.step(1.0 / 60.0);
                 hits.extend(&world.events().hits);
             }
-            // The end comes down at √(3 g l) with l the length, which rolls about the edge.
+            // The end lands at √(3 g l), where l is the length that rotates about the edge.
             let speed = (3.0 * G * 1.2_f32).sqrt();
             let far: Vec<_> = hits.iter().filter(|hit| hit.speed > 0.6 * speed).collect();
             assert_eq!(far.len(), 1, "{kind}: {hits:?}");
@@ -202,7 +203,7 @@ fn hits_of(a: ContactReports, b: ContactReports, height: f32) -> [usize; 4] {
 fn shapes_report_what_they_are_asked_for() {
     let all = ContactReports::default();
     let at = |speed: f32| ContactReports { hit_speed: Some(speed), ..all };
-    // From 0.2 m it comes at 2 m/s; the world's threshold is 1 m/s.
+    // From 0.2 m it lands at 2 m/s; the world's threshold is 1 m/s.
     let few = hits_of(all, all, 0.2);
     assert_eq!(few[..3], [1, 1, 1]);
     assert_eq!(few[3], 0, "nobody asked for forces");
@@ -251,7 +252,7 @@ fn reports_can_change_and_live_in_snapshots() {
     assert!(World::restore(&world.snapshot()).is_ok());
 }
 
-/// Every method tells the impulse of a fall.
+/// Every method reports the impulse of a fall.
 #[test]
 fn classic_methods_tell_forces_too() {
     for method in drystone::method::Method::NAMES {

@@ -1,4 +1,4 @@
-//! Bodies that break where they are hit.
+//! Bodies that break at an impact.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ fn cube(edge: f32) -> BodyDef {
     BodyDef::dynamic().with_shape(ShapeDef::box_full([edge; 3]))
 }
 
-/// Mass, momentum, angular momentum about the origin, kinetic energy of all dynamic bodies.
+/// Mass, momentum, angular momentum about the origin, and kinetic energy of all dynamic bodies.
 fn motion(world: &World) -> (f32, Vec3, Vec3, f64) {
     let (mut m, mut p, mut l) = (0.0, Vec3::ZERO, Vec3::ZERO);
     for b in world.bodies() {
@@ -78,7 +78,7 @@ fn pieces_have_the_mass_momentum_spin_and_energy_of_the_body_together() {
     }
 }
 
-/// A cube of 1 t dropped so that its underside falls `height` [m].
+/// A cube of 1 t whose underside falls by `height` [m].
 fn dropped(how: Fracture, height: f32) -> (World, BodyId) {
     let mut world = World::default();
     ground(&mut world);
@@ -87,7 +87,7 @@ fn dropped(how: Fracture, height: f32) -> (World, BodyId) {
     (world, id)
 }
 
-/// Steps until a body breaks: the event and the pieces.
+/// Steps until a body breaks; returns the event and the pieces.
 fn breaks(world: &mut World, steps: u32) -> Option<(drystone::events::FractureEvent, Vec<BodyId>)> {
     for _ in 0..steps {
         world.step(DT);
@@ -100,8 +100,8 @@ fn breaks(world: &mut World, steps: u32) -> Option<(drystone::events::FractureEv
 
 #[test]
 fn a_body_breaks_under_a_blow_of_more_impulse_or_energy_than_its_limit_and_not_under_less() {
-    // From 2 m: 6.26 m/s, 6264 N s, 19620 J. In the step of the blow gravity adds at most 164 N s, and the ground's
-    // softness a little.
+    // From 2 m: 6.26 m/s, 6264 N s, 19620 J. In the step of the impact gravity adds at most 164 N
+    // s, and the ground's softness a little.
     let height = 2.0_f32;
     let speed = (2.0 * 9.81 * height).sqrt();
     let (impulse, energy) = (1000.0 * speed, 9810.0 * height);
@@ -122,7 +122,7 @@ fn a_body_breaks_under_a_blow_of_more_impulse_or_energy_than_its_limit_and_not_u
         for id in pieces {
             assert!(world.body(id).unwrap().fracture().is_none(), "pieces do not break again");
         }
-        // No explosion: nothing is faster than the cube was, and all comes to rest.
+        // No explosion: no piece is faster than the cube was, and all come to rest.
         for _ in 0..300 {
             world.step(DT);
             for body in world.bodies() {
@@ -135,7 +135,8 @@ fn a_body_breaks_under_a_blow_of_more_impulse_or_energy_than_its_limit_and_not_u
 
 #[test]
 fn a_blow_counts_in_whichever_substep_it_comes_and_with_restitution() {
-    // Bounces with e = 1/2: 1.5 m v. Heights a little apart move the blow through all substeps.
+    // It bounces with e = 1/2: 1.5 m v. Slightly different heights shift the impact through all
+    // substeps.
     for k in 0..12_u8 {
         let height = 1.0 + 0.02 * f32::from(k);
         let speed = (2.0 * 9.81 * height).sqrt();
@@ -173,7 +174,7 @@ fn pieces_are_smaller_near_the_hit() {
 
 #[test]
 fn pieces_break_again_as_often_as_said_and_limits_of_size_and_number_hold() {
-    // Broken high above the ground, so that its pieces fall on it.
+    // It breaks high above the ground, so that its pieces fall on it.
     let how = Fracture { generations: 3, min_size: 0.15, ..Fracture::by_energy(500.0) };
     let (mut world, id) = dropped(how, 5.0);
     let first = world.body_mut(id).expect("there").break_at(vec3(0.0, 5.0, 0.0), &how).unwrap();
@@ -189,7 +190,8 @@ fn pieces_break_again_as_often_as_said_and_limits_of_size_and_number_hold() {
     }
     assert!((motion(&world).0 - 1000.0).abs() < 0.01);
 
-    // Of the world's pieces no more than allowed: what would go beyond breaks into fewer, and then not.
+    // The world has a limit on pieces: at the limit a body breaks into fewer pieces, and then not
+    // at all.
     let mut world = World::default();
     let mut config = WorldConfig::default();
     config.breakage.max_pieces = 20;
@@ -204,7 +206,7 @@ fn pieces_break_again_as_often_as_said_and_limits_of_size_and_number_hold() {
         .collect();
     assert!(counts[0] > 8 && counts[1] >= 2 && counts.iter().sum::<usize>() <= 20, "{counts:?}");
     assert!(world.body(ids[2]).is_some() || counts[2] > 0);
-    // Pieces that are removed make room.
+    // Removed pieces make room for new ones.
     let pieces: Vec<BodyId> = world.bodies().map(|b| b.id()).filter(|id| *id != ids[2]).collect();
     for id in pieces {
         world.remove_body(id);

@@ -1,4 +1,4 @@
-//! Bodies that freeze one by one: only what rests, and no longer than it does.
+//! Bodies that freeze one by one: only while they rest.
 
 use drystone::method::{Method, MethodOptions, Rest};
 use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig, vec3};
@@ -40,7 +40,8 @@ fn a_column_freezes_and_falls_when_its_lowest_cube_is_taken_away() {
         run(&mut world, 240);
         assert_eq!(awake(&world, &cubes), 0, "{method}");
         assert!(world.remove_body(cubes[0]));
-        // They wake one after the other, each at latest when what carries it has begun to fall: a step a cube.
+        // They wake one after the other, each at the latest when its support begins to fall: one
+        // cube per step.
         run(&mut world, 15);
         assert_eq!(awake(&world, &cubes[1..]), 4, "{method}");
         run(&mut world, 240);
@@ -53,7 +54,8 @@ fn a_column_freezes_and_falls_when_its_lowest_cube_is_taken_away() {
 
 #[test]
 fn nothing_floats_when_its_support_is_pulled_out_below_it() {
-    // A plank on two cubes, one of which is carried off: neither is removed, and the plank has to notice.
+    // A plank on two cubes, one of which is carried away. No body is removed, and the plank must
+    // wake.
     let mut world = world_of("soft-step");
     let feet = [-1.5_f32, 1.5].map(|x| cube(&mut world, [x, 0.5, 0.0]));
     let plank = ShapeDef::box_half([2.0, 0.1, 0.5]);
@@ -70,8 +72,8 @@ fn nothing_floats_when_its_support_is_pulled_out_below_it() {
 
 #[test]
 fn nothing_floats_when_its_support_is_gone_within_a_step() {
-    // Without friction the plank bears the same in the step in which its foot flies five meters, and in the next
-    // one there is no contact by which it could be told.
+    // Without friction the plank carries the same load in the step in which its foot moves five
+    // meters. In the next step no contact is left that could report the change.
     let mut world = world_of("soft-step");
     let smooth = |half: [f32; 3]| ShapeDef::box_half(half).with_friction(0.0);
     let mut add = |at: [f32; 3], half: [f32; 3]| {
@@ -118,7 +120,7 @@ fn a_hit_wakes_with_the_real_mass() {
     let target = world.add_body(target).unwrap();
     run(&mut world, 120);
     assert_eq!(awake(&world, &[target]), 0);
-    // The same mass at 6 m/s, plastic: both go on with half of it.
+    // The same mass at 6 m/s, plastic: both continue at half the speed.
     let bullet = smooth(ShapeDef::box_half([0.5; 3]));
     let def =
         BodyDef::dynamic().with_position([-3.0, 0.5, 0.0]).with_linear_velocity([6.0, 0.0, 0.0]);
@@ -163,7 +165,7 @@ fn a_load_wakes_what_carries_it_and_an_island_that_rests_sleeps_whole() {
     assert_eq!(awake(&world, &[low, high]), 2);
     run(&mut world, 120);
     assert_eq!(awake(&world, &[low, high]), 0);
-    // Taken off again: the lower one is awake for a while, and rests again.
+    // After removal the lower cube is awake for a while, and rests again.
     assert!(world.remove_body(high));
     run(&mut world, 120);
     assert_eq!(awake(&world, &[low]), 0);

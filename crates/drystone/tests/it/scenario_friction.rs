@@ -1,4 +1,4 @@
-//! Friction against closed forms, at 60 steps a second of 8 substeps.
+//! Friction against closed forms, at 60 steps per second with 8 substeps.
 
 use drystone::contact::Combine;
 use drystone::journal::{Call, ShapeCall};
@@ -9,10 +9,10 @@ use drystone::{
 };
 
 const DT: f32 = 1.0 / 60.0;
-/// A substep.
+/// Length of a substep [s].
 const H: f32 = DT / 8.0;
 const G: f32 = 9.81;
-/// Turned about x by a quarter: axes of cylinders and capsules along z.
+/// A quarter turn about x: axes of cylinders and capsules are along z.
 const ON_ITS_SIDE: Quat = Quat {
     x: core::f32::consts::FRAC_1_SQRT_2,
     y: 0.0,
@@ -81,12 +81,13 @@ fn a_block_sticks_up_to_two_percent_below_the_limit_and_slides_two_percent_above
             let early = position(&world, id).x;
             run(&mut world, 540);
             let late = position(&world, id).x;
-            // Set down without a load on its contact it slips until friction is there: within a
-            // substep's free fall, which the surplus of friction then stops.
+            // Placed without a load on its contact, it slips until friction acts: by a substep's
+            // free fall, which the surplus of friction then stops.
             let slip = G * mu * H;
             let most = slip * slip / (2.0 * margin * G * mu);
             assert!(late < most.min(1.0e-3), "mu {mu}, {margin} below: {late} m");
-            // And no creep: 9 s move it by no more than rounding, 1e-7 of its size a step.
+            // It does not creep: in 9 s it moves by no more than rounding, 1e-7 of its size per
+            // step.
             assert!((late - early).abs() < 5.4e-5, "mu {mu}, {margin} below: {early} {late}");
 
             let tan = (1.0 + margin) * mu;
@@ -96,7 +97,7 @@ fn a_block_sticks_up_to_two_percent_below_the_limit_and_slides_two_percent_above
             let cos = 1.0 / (1.0 + tan * tan).sqrt();
             let exact = 2.0 * G * cos * (tan - mu);
             let found = velocity(&world, id).x;
-            // It starts with that slip, at most.
+            // It starts with at most that slip.
             assert!(found > 0.99 * exact && found < exact + slip, "mu {mu}: {found} {exact}");
         }
     }
@@ -110,14 +111,14 @@ fn a_block_slides_down_and_stops_as_coulomb_says() {
     run(&mut world, 120);
     let cos = 1.0 / (1.0 + tan * tan).sqrt();
     let (a, t) = (G * cos * (tan - mu), 2.0);
-    // A substep without friction at the start; and positions by the velocity after each substep run
-    // half a substep ahead.
+    // A substep without friction at the start. Positions use the velocity after each substep, so
+    // they are half a substep ahead.
     let slip = mu * G * cos * H;
     let (v, x) = (velocity(&world, id).x, position(&world, id).x);
     assert!((v - a * t).abs() < slip.min(2.0e-3 * a * t), "{v} {}", a * t);
     assert!((x - 0.5 * a * t * t).abs() < slip * t + 0.5 * a * t * H, "{x}");
 
-    // From 5 m/s, in every direction, whatever its shape: v0²/(2 μ g), and half a substep less.
+    // From 5 m/s, in every direction and for any shape: v0²/(2 μ g), less half a substep.
     for half in [[0.5, 0.5, 0.5], [1.5, 0.2, 0.4]] {
         let (mut least, mut most) = (f32::MAX, 0.0_f32);
         for k in 0..24_u8 {
@@ -131,7 +132,7 @@ fn a_block_slides_down_and_stops_as_coulomb_says() {
             let x = at.dot(way);
             let exact = 25.0 / (2.0 * 0.5 * G);
             assert!((x - exact + 2.5 * H).abs() < 1.0e-3 * exact, "{half:?} {angle}: {x}");
-            // It goes straight: the lasting error is that of rounding.
+            // It moves straight: the remaining error is rounding.
             assert!((at - way * x).length() < 1.0e-3, "{half:?} {angle}: {at:?}");
             (least, most) = (least.min(x), most.max(x));
         }
@@ -141,7 +142,7 @@ fn a_block_slides_down_and_stops_as_coulomb_says() {
 
 #[test]
 fn a_spinning_face_is_braked_by_the_torque_of_an_even_pressure() {
-    // Of a disc 2/3 μ N R, of a square of edge L 0.3826 μ N L.
+    // For a disc 2/3 μ N R, for a square of edge L 0.3826 μ N L.
     let disc = ShapeDef::cylinder(0.1, 0.5);
     let square = ShapeDef::box_half([0.5, 0.1, 0.5]);
     for (shape, factor) in [(disc, 2.0 / 3.0 * 0.5), (square, 0.382_598)] {
@@ -154,7 +155,7 @@ fn a_spinning_face_is_braked_by_the_torque_of_an_even_pressure() {
         let body = world.body(id).unwrap();
         let torque = (before - body.angular_velocity().y) * body.inertia().yy / (12.0 * DT);
         let exact = factor * 0.3 * body.mass() * G;
-        // The points lie on the rim; nothing but rounding is left.
+        // The points lie on the rim; only rounding remains.
         assert!((torque / exact - 1.0).abs() < 2.0e-3, "{torque} {exact}");
     }
 }
@@ -166,8 +167,8 @@ fn a_disc_that_slides_and_spins_stops_both_at_once() {
         let disc = ShapeDef::cylinder(0.1, 0.5).with_friction(0.3);
         let id = add_moving(&mut world, 0.1, disc, vec3(v, 0.0, 0.0));
         world.body_mut(id).unwrap().set_angular_velocity([0.0, w, 0.0]);
-        // By the ellipsoid, with ρ = 2/3 R: dv/dt = -μ g v/q, dω/dt = -2 μ g (ρ/R)² ω/q and
-        // q² = v² + ρ² ω²: both end where q does. Integrated in fine steps.
+        // For the ellipsoid, with ρ = 2/3 R: dv/dt = -μ g v/q, dω/dt = -2 μ g (ρ/R)² ω/q and q² =
+        // v² + ρ² ω². Both end when q reaches zero. Integrated in small steps.
         let (mut exact_v, mut exact_w, mut time) = (f64::from(v), f64::from(w), 0.0);
         let (rho, mu_g, fine) = (1.0 / 3.0, 0.3 * f64::from(G), 1.0e-5);
         loop {
@@ -190,8 +191,8 @@ fn a_disc_that_slides_and_spins_stops_both_at_once() {
                 spins = t;
             }
         }
-        // Seen at the ends of steps, so one of them; another because the spin left over at small speeds is
-        // as small as (v/v0)^(8/9).
+        // Detected at the ends of steps, so one step. Another step because the remaining spin at
+        // small speeds is as small as (v/v0)^(8/9).
         let step = f64::from(DT);
         assert!((slides - spins).abs() < 1.5 * step, "v {v} w {w}: {slides} {spins}");
         assert!((slides - time).abs() < 2.0 * step, "v {v} w {w}: {slides} {time}");
@@ -203,7 +204,7 @@ fn kinetic_friction_is_less_than_static_friction() {
     let ice = Material { kinetic_friction: Some(0.4), ..Material::default() };
     let surface = || ShapeDef::box_half([0.5, 0.1, 0.5]).with_material(ice);
     let floor = || ShapeDef::half_space([0.0, 1.0, 0.0], 0.0).with_material(ice);
-    // It slides with the one.
+    // Kinetic friction applies while it slides.
     let mut world = World::default();
     add_floor(&mut world, floor());
     let id = add_moving(&mut world, 0.1, surface(), vec3(4.0, 0.0, 0.0));
@@ -212,7 +213,7 @@ fn kinetic_friction_is_less_than_static_friction() {
     assert!((v - (4.0 - 0.4 * G * 0.5)).abs() < 0.4 * G * H, "{v}");
     run(&mut world, 60);
     assert!(velocity(&world, id).length() < 1.0e-4);
-    // It holds with the other, when pulled gently, and then breaks away with the difference.
+    // Static friction holds it under a small pull; beyond the limit the difference accelerates it.
     for (part, exact) in [(0.95, 0.0), (1.05, G * (1.05 * 0.6 - 0.4))] {
         let mut world = World::default();
         add_floor(&mut world, floor());
@@ -229,7 +230,7 @@ fn kinetic_friction_is_less_than_static_friction() {
         let a = (velocity(&world, id).x - v) / 0.5;
         assert!((a - exact).abs() < 1.0e-3, "{part}: {a} {exact}");
     }
-    // A pair whose kinetic friction would be more has the static one.
+    // Kinetic friction of a pair never exceeds its static friction.
     let odd = Material { kinetic_friction: Some(0.9), ..Material::default() };
     let mut world = World::default();
     let floor = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0).with_material(odd);
@@ -258,11 +259,11 @@ fn round_bodies_roll_down_as_their_inertia_says() {
         let a = G * sine / (1.0 + body.inertia().zz / (body.mass() * r * r));
         run(&mut world, 120);
         let (v, x) = (velocity(&world, id).x, position(&world, id).x);
-        // Nothing slips: only rounding, and half a substep in the way.
+        // Nothing slips: only rounding, and half a substep in the displacement.
         assert!((v / (2.0 * a) - 1.0).abs() < 1.0e-3, "{v} {}", 2.0 * a);
         assert!((x - 2.0 * a).abs() < a * H + 1.0e-3 * a, "{x} {}", 2.0 * a);
     }
-    // A ball that slides begins to roll at 5/7 of its speed, after 12 v²/(49 μ g).
+    // A sliding ball begins to roll at 5/7 of its speed, after 12 v²/(49 μ g).
     let mut world = flat(0.2);
     let ball = ShapeDef::sphere(0.5).with_friction(0.2);
     let id = add_moving(&mut world, 0.5, ball, vec3(7.0, 0.0, 0.0));
@@ -279,7 +280,7 @@ fn resistance_to_rolling_and_spinning_brakes_by_its_torque() {
     let c = 0.02;
     let rough = Material { rolling_resistance: c, ..Material::default() };
     let brake = Material { spinning_resistance: c, ..Material::default() };
-    // Rolling: torque c r N, so the way is v²/2a with a = c g / (1 + I/(m r²)).
+    // Rolling: torque c r N, so the distance is v²/2a with a = c g / (1 + I/(m r²)).
     for (shape, k, turned) in [
         (ShapeDef::sphere(0.5), 0.4, Quat::IDENTITY),
         (ShapeDef::cylinder(0.5, 0.5), 0.5, ON_ITS_SIDE),
@@ -291,7 +292,7 @@ fn resistance_to_rolling_and_spinning_brakes_by_its_torque() {
         let id = world.add_body(def.with_shape(shape.with_material(rough))).unwrap();
         run(&mut world, 1200);
         let exact = 2.0 * (1.0 + k) / (c * G);
-        // Half a substep of 2 m/s, and a substep until the load is there.
+        // Half a substep of 2 m/s, and a substep until the load acts.
         let x = position(&world, id).x;
         assert!((x - exact).abs() < 1.5 * 2.0 * H, "{x} {exact}");
         assert!(velocity(&world, id).length() < 1.0e-4);
@@ -324,7 +325,7 @@ fn a_belt_carries_boxes_and_sets_balls_rolling() {
     let ball = ShapeDef::sphere(0.3).with_friction(mu);
     let def = BodyDef::dynamic().with_position([0.0, 0.3, 5.0]).with_shape(ball);
     let ball = world.add_body(def).unwrap();
-    // v = μ g t, until t = u/(μ g) = 0.51 s; a substep until the load is there. Half a percent of t is
+    // v = μ g t, until t = u/(μ g) = 0.51 s; a substep until the load acts. Half a percent of t is
     // 1.2 substeps.
     run(&mut world, 30);
     let v = velocity(&world, id).x;
@@ -334,10 +335,10 @@ fn a_belt_carries_boxes_and_sets_balls_rolling() {
     let t = u / (mu * G);
     let x = position(&world, id).x;
     assert!((x - u * (2.0 - 0.5 * t)).abs() < 1.5 * u * H, "{x}");
-    // A ball at rest rolls off at 2/7 of the belt's speed, turning at 5/7 of u/r.
+    // A ball at rest rolls off at 2/7 of the belt's speed, rotating at 5/7 of u/r.
     assert!((velocity(&world, ball).x - u * 2.0 / 7.0).abs() < 1.0e-3 * u);
     assert!((spin(&world, ball).z - u * 5.0 / 7.0 / 0.3).abs() < 1.0e-3 * u / 0.3);
-    // Stopped, it stops what it carries; what sleeps on it wakes when it starts again.
+    // A stopped belt stops its load; a load asleep on it wakes when the belt starts again.
     world.shape_mut(belt).unwrap().set_surface_velocity([0.0; 3]);
     assert_eq!(world.shape(belt).unwrap().surface_velocity(), Vec3::ZERO);
     let can_sleep = add_moving(&mut world, 0.2, slab(mu), Vec3::ZERO);
@@ -374,8 +375,8 @@ fn a_turning_belt_and_a_turntable_hold_what_friction_can_carry_round() {
             run(&mut world, 300);
             let at = position(&world, id);
             let found = at.x.hypot(at.z);
-            // Set down without a load it slips outward for a substep or two, (ω² r h) of speed, which
-            // friction's surplus stops as on the slope.
+            // Placed without a load, it slips outward at (ω² r h) for a substep or two; friction's
+            // surplus stops that, as on the slope.
             let slip = w * w * r * H;
             let most = 2.0 * slip * slip / ((1.0 - part).abs() * mu * G) + 1.0e-3;
             let right = if stays { (found - r).abs() < most } else { found > 1.1 * r };
@@ -384,12 +385,12 @@ fn a_turning_belt_and_a_turntable_hold_what_friction_can_carry_round() {
     }
 }
 
-/// The way in 1 s of the pulled one of two slabs, 1000 kg on 100 kg, when pulled by `part` of what
-/// friction holds; the pull is full after `ramp` steps.
+/// Displacement in 1 s of the pulled slab of two, 1000 kg on 100 kg. The pull is `part` of the
+/// force that friction holds, and full after `ramp` steps.
 fn pulled_way(lower: bool, part: f32, ramp: u8) -> f32 {
     let mu = 0.6;
     let mut world = flat(mu);
-    // The lower one is so long that the upper one never comes to its end.
+    // The lower slab is so long that the upper one never reaches its end.
     let heavy = |y: f32, half: f32, mass: f32| {
         let plate = ShapeDef::box_half([half, 0.1, 1.0]).with_friction(mu);
         let def = BodyDef::dynamic().with_position([0.0, y, 0.0]).with_mass(mass);
@@ -416,18 +417,18 @@ fn pulled_way(lower: bool, part: f32, ramp: u8) -> f32 {
 fn heavy_load_on_a_light_slab_slides_exactly_beyond_friction() {
     for lower in [false, true] {
         for part in [0.9, 0.98, 1.02, 1.1, 1.5] {
-            // While the pull grows by sixths, and then for 61 steps.
+            // The pull grows by sixths, and is then constant for 61 steps.
             let surplus = |part: f32| 0.6 * G * (part - 1.0).max(0.0);
             let early: f32 = (1..6_u8).map(|k| surplus(part * f32::from(k) / 6.0) * DT).sum();
             let t = 61.0 * DT;
-            // Under the load of a ton the slab of 100 kg has 1000 g / (100 · 30 m/s²) times its inertia.
-            // It may stay a quarter above that: 0.25 · 327 of 1327 kg.
+            // Under the load of a ton the slab of 100 kg has 1000 g / (100 · 30 m/s²) times its
+            // inertia. It may keep a quarter of that in excess: 0.25 · 327 of 1327 kg.
             let spread = if lower { 0.062 } else { 0.0 };
             let heavier = if lower { (1000.0 + 100.0 * (10.0 * G / 30.0)) / 1100.0 } else { 1.0 };
             let exact = 0.5 * surplus(part) * t * t / heavier;
-            // What a step adds to the pull meets a friction that lacks it, for a step at most: of a
-            // pull that comes within 0.1 s a sixth, of one that comes at once all. Slips below the
-            // limit are stopped again.
+            // Friction lacks the increment of the pull, for a step at most. That is a sixth of a
+            // pull that grows over 0.1 s, or all of a sudden pull. Slips below the limit are
+            // stopped again.
             let slip = part * 0.6 * G * DT * t;
             let found = pulled_way(lower, part, 6) - early * t;
             let most = if part < 1.0 { 1.0e-3 } else { slip / 6.0 + spread * exact };
@@ -439,8 +440,8 @@ fn heavy_load_on_a_light_slab_slides_exactly_beyond_friction() {
     }
 }
 
-/// SimBenchmark's rolling test: 25 balls on a box that is pulled over the ground. Mean square error of
-/// the velocities.
+/// SimBenchmark's rolling test: 25 balls on a box that is pulled over the ground. Returns the mean
+/// square error of the velocities.
 fn balls_on_a_pulled_box(way: Vec3) -> f32 {
     let mut world = World::default();
     let rule = Material { friction_combine: Combine::Minimum, ..Material::default() };
@@ -462,7 +463,7 @@ fn balls_on_a_pulled_box(way: Vec3) -> f32 {
         let def = BodyDef::dynamic().with_position([x, 1.5 - 6.0e-5, z]).with_mass(1.0);
         balls.push(world.add_body(def.with_shape(ball)).unwrap());
     }
-    // What is left of the pull goes into the box and 2/7 of each ball.
+    // The net pull accelerates the box and 2/7 of each ball.
     let left = 150.0 - 0.4 * 35.0 * G;
     let ball = left / 10.0 / (3.5 + 2.5);
     let plate_a = (left - 25.0 * ball) / 10.0;
@@ -482,16 +483,15 @@ fn balls_on_a_pulled_box(way: Vec3) -> f32 {
 fn balls_roll_on_a_pulled_box_the_same_in_every_direction() {
     for way in [Vec3::Z, vec3(0.5, 0.0, 0.866_025_4)] {
         let error = balls_on_a_pulled_box(way);
-        // The target for 60 Hz. A box that starts a substep late is off by (F/m h)² = 1e-3, had it not
-        // friction to lose it to.
+        // The target for 60 Hz. A box that starts a substep late would have an error of (F/m h)² =
+        // 1e-3 without friction.
         assert!(error < 1.0e-4, "{way:?}: {error}");
     }
 }
 
 #[test]
 fn an_oblique_impact_turns_a_ball_by_its_friction() {
-    // Without gravity, at 4 m/s onto the floor: μ 4 m/s are lost to sliding, or 2/7 of the speed to
-    // rolling.
+    // Without gravity, at 4 m/s onto the floor: sliding loses μ 4 m/s, or rolling 2/7 of the speed.
     for (v, mu, exact) in [(5.0, 0.2, 4.2), (1.0, 0.5, 5.0 / 7.0)] {
         let mut world = flat(mu);
         world.set_gravity([0.0; 3]);

@@ -1,5 +1,5 @@
-//! Seams between meshes, between bodies that stand still against each other, and inside one mesh whose corners do not
-//! agree: none of them is an edge. What stands out is.
+//! Seams between meshes, between bodies at rest relative to each other, and inside one mesh with
+//! inconsistent corners. None of them is an edge; protruding parts are.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use drystone::{
 const DT: f32 = 1.0 / 60.0;
 const GRAVITY: f32 = 9.81;
 
-/// Where a ground lies and how large it is: no number of it is exact then.
+/// Position, rotation and scale of a ground, chosen so that none of its numbers is exact.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     scale: f32,
@@ -30,7 +30,7 @@ fn places() -> [Place; 3] {
 /// Corners of a quad and its two triangles.
 type Quad = [Vec3; 4];
 
-/// From (x0, y0) to (x1, y1), all of z in between.
+/// A quad from (x0, y0) to (x1, y1), over a range of z.
 fn quad([x0, y0]: [f32; 2], [x1, y1]: [f32; 2], [z0, z1]: [f32; 2]) -> Quad {
     [vec3(x0, y0, z0), vec3(x1, y1, z0), vec3(x1, y1, z1), vec3(x0, y0, z1)]
 }
@@ -57,7 +57,7 @@ fn add_fixed(
     world.add_body(body).unwrap();
 }
 
-/// A strip of pieces of 5 m that each turn up by `kink` [rad] against the one before.
+/// A strip of pieces of 5 m; each turns up by `kink` [rad] against the previous one.
 fn strip(count: usize, kink: f32) -> Vec<Quad> {
     let (mut out, mut from, mut angle) = (Vec::new(), [0.0, 0.0], 0.0_f32);
     for _ in 0..count {
@@ -69,7 +69,7 @@ fn strip(count: usize, kink: f32) -> Vec<Quad> {
     out
 }
 
-/// What moves, how it is turned, how high its center is, and if it can roll along x.
+/// Shape, rotation and center height of each moving body, and whether it can roll along x.
 fn movers(scale: f32) -> Vec<(Shape, Quat, f32, bool)> {
     let across = Quat::from_axis_angle(Vec3::X, FRAC_PI_2);
     let corner = |k: u8, radius: f32, y: f32| {
@@ -114,8 +114,8 @@ fn add_mover(
         .unwrap()
 }
 
-/// Lets all movers slide without friction, and roll, over 22 m of a ground at 1 to 20 m/s: none may be lifted or
-/// braked. Speeds and times are those of the same picture at another scale.
+/// Moves all bodies over 22 m of a ground at 1 to 20 m/s, sliding without friction and rolling:
+/// none may be lifted or slowed down. Speeds and times are scaled with the lengths.
 fn passes(place: &Place, carrier: f32, ground: &dyn Fn(&mut World, &Place, f32)) {
     for mover in movers(place.scale) {
         for speed in [1.0, 8.0, 20.0] {
@@ -138,8 +138,9 @@ fn passes(place: &Place, carrier: f32, ground: &dyn Fn(&mut World, &Place, f32))
                     t += DT;
                     let body = world.body(id).unwrap();
                     let velocity = place.pose.local_direction(body.linear_velocity());
-                    // A ghost lifts by a part of the speed. What is left is what soft contacts give way by as points
-                    // change, some times the rest offset in a step.
+                    // A ghost collision lifts a body by a fraction of its speed. The rest is
+                    // yielding of soft contacts when points change, some times the rest offset per
+                    // step.
                     let up = velocity.y.abs();
                     assert!(up < 0.01 + 2.0e-3 * v, "{case}: up {up} m/s at {t} s");
                     let lost = (velocity - start).length();
@@ -155,7 +156,7 @@ fn chunks_of_terrain_carry_as_one_surface() {
     for place in places() {
         passes(&place, 0.0, &|world, place, friction| {
             for piece in strip(6, 0.0) {
-                // Each about an origin of its own, as chunks are.
+                // Each piece has its own origin, as chunks have.
                 let pose = place.pose.compose(&Pose::at(piece[0] * place.scale));
                 let shape = mesh(&[piece.map(|p| p - piece[0])], place.scale);
                 add_fixed(world, [shape], &pose, friction);
@@ -168,7 +169,7 @@ fn chunks_of_terrain_carry_as_one_surface() {
     }
 }
 
-/// Rows of squares, so many to a side of 10 m in each row.
+/// Rows of squares, with this number of squares along 10 m in each row.
 fn rows(counts: &[u8]) -> Vec<Vec<Quad>> {
     let row = |(k, count): (u8, &u8)| {
         let x = 2.0 * f32::from(k);
@@ -188,7 +189,7 @@ fn grids_of_different_fineness_carry_as_one_surface() {
             add_fixed(world, [mesh(&all, place.scale)], &place.pose, friction);
         });
     }
-    // Each row a body of its own.
+    // Each row is a separate body.
     passes(&places()[0], 0.0, &|world, place, friction| {
         for row in rows(&counts) {
             add_fixed(world, [mesh(&row, place.scale)], &place.pose, friction);
@@ -254,8 +255,8 @@ fn kinks_between_two_meshes_are_those_of_one_mesh() {
                 });
                 let [(one, top_one), (two, top_two)] = ends;
                 let case = format!("{kink} {mover:?} {speed}");
-                // What it has of energy for its mass: two meshes may take no more of it than one. What a box loses at a
-                // kink differs by where its edge is at the end of the step that meets it.
+                // Energy per mass: two meshes may take no more of it than one. The loss of a box at
+                // a kink depends on the position of its edge at the end of the step of impact.
                 let given = 0.5 * speed * speed;
                 assert!(two > one - 0.1 * given, "{case}: {one} {two}");
                 assert!(top_two < top_one + 5.0e-3, "{case}: {top_one} {top_two}");
@@ -328,17 +329,17 @@ fn what_stands_out_between_meshes_still_stops() {
         // A step of 1 cm, without a riser.
         let end = run(&[floor, quad([5.0, 0.01], [10.0, 0.01], wide)], 0.0, 4.0);
         assert!(end.x < 5.0 || end.y > 0.205, "{v}: {end:?}");
-        // A wall, and the border of a plate at half the height of what comes.
+        // A wall, and the edge of a plate at half the body's height.
         let wall = quad([5.0, 0.0], [5.0, 2.0], wide);
         assert!(run(&[floor, wall], 0.0, 4.0).x < 4.85, "{v}");
         let long = quad([0.0, 0.0], [10.0, 0.0], wide);
         let plate = quad([5.0, 0.2], [10.0, 0.2], wide);
         assert!(run(&[long, plate], 0.0, v).x < 4.85, "{v}");
-        // A gap that it fits in.
+        // A gap wide enough for the body.
         let end = run(&[floor, quad([7.0, 0.0], [12.0, 0.0], wide)], 0.0, v.min(2.0) + 0.5);
         assert!(end.y < -0.2, "{v}: {end:?}");
     }
-    // What comes up from under a lone border meets it.
+    // A body that rises from below hits a lone edge.
     let mut world = World::default();
     add_fixed(&mut world, [mesh(&[floor], 1.0)], &Pose::IDENTITY, 0.0);
     let def = BodyDef::dynamic()
@@ -354,9 +355,10 @@ fn what_stands_out_between_meshes_still_stops() {
     assert!(world.body(id).unwrap().angular_velocity().length() > 0.5 && top < 0.0, "{top}");
 }
 
-/// How high a ball flies, at most, that loses all speed against an edge `step` above the ground that it goes over [m].
+/// Maximum flight height of a ball that passes over an edge `step` above the ground, where the
+/// impact is plastic [m].
 fn plastic(radius: f32, v: f32, step: f32) -> f32 {
-    // The normal at the edge is turned by the angle whose cosine is (r - step) / r.
+    // The normal at the edge is rotated by the angle whose cosine is (r - step) / r.
     let cos = (radius - step) / radius;
     let up = v * cos * (1.0 - cos * cos).sqrt();
     step + up * up / (2.0 * GRAVITY)
@@ -410,7 +412,8 @@ fn a_small_step_throws_a_ball_no_higher_than_a_plastic_collision() {
                             break;
                         }
                     }
-                    // It stands in the soft contact by less than the rest offset, which adds to the step.
+                    // It sinks into the soft contact by less than the rest offset, which adds to
+                    // the step.
                     let step = step.abs() * scale + 1.0e-4;
                     let most = 1.5 * plastic(radius, v, step);
                     let most = if step > 1.0e-4 { most } else { 1.0e-4 };
@@ -455,7 +458,7 @@ fn casts_along_what_is_touched_meet_only_what_stands_out() {
                         let hit =
                             world.query().cast_shape(&shape, from, way, Filter::default()).unwrap();
                         hits[0] += u8::from(hit.is_some());
-                        // Pressed down by a tenth of a degree it meets what it stands on.
+                        // Pressed down by a tenth of a degree it hits its ground.
                         let down = way - pose.direction(Vec3::Y) * 0.015;
                         let hit = world
                             .query()
@@ -471,7 +474,7 @@ fn casts_along_what_is_touched_meet_only_what_stands_out() {
                     hits[1] += u8::from(hit.is_some());
                 }
                 assert_eq!(hits, [0, 0], "{pose:?} {ground}");
-                // A step of 1 mm is met.
+                // It does hit a step of 1 mm.
                 let wall = pose.compose(&Pose::at(vec3(7.0, -0.499, 0.0)));
                 add_fixed(&mut world, [Shape::box_half([0.5, 0.5, 5.0])], &wall, 0.5);
                 let from = pose.compose(&Pose::at(vec3(1.31, 0.3, 0.1)));

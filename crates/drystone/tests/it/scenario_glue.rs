@@ -1,4 +1,4 @@
-//! Glued bodies come apart where the stress passes what their bonds bear, and keep their momentum.
+//! Glued bodies separate where the stress exceeds the strength of bonds, and keep their momentum.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ fn weightless() -> World {
     World::new(WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() }).unwrap()
 }
 
-/// `n` cubes of edge 1 m in a row along x, the first one at the origin, 1000 kg each.
+/// `n` cubes of edge 1 m in a row along x, with the first at the origin, 1000 kg each.
 fn rod(n: u8, strength: BondStrength) -> BodyDef {
     let cube = |i: u8| ShapeDef::box_full([1.0; 3]).with_position(vec3(f32::from(i), 0.0, 0.0));
     let shapes: Vec<ShapeDef> = (0..n).map(cube).collect();
@@ -27,7 +27,7 @@ fn rod(n: u8, strength: BondStrength) -> BodyDef {
     BodyDef { shapes, glue: Some(glue), ..BodyDef::default() }
 }
 
-/// Momentum, angular momentum about the origin, kinetic energy of all dynamic bodies.
+/// Momentum, angular momentum about the origin, and kinetic energy of all dynamic bodies.
 fn motion(world: &World) -> (Vec3, Vec3, f64) {
     let (mut p, mut l) = (Vec3::ZERO, Vec3::ZERO);
     for b in world.bodies() {
@@ -64,7 +64,7 @@ fn a_spinning_rod_breaks_in_its_middle_when_the_pull_of_its_halves_is_too_much()
         for w in all {
             assert!((w - vec3(0.0, spin, 0.0)).length() < 1e-4, "{w:?}");
         }
-        // The loads of the bonds: 1.5, 2 and 1.5 cube masses at their distances.
+        // Loads of the bonds: 1.5, 2 and 1.5 cube masses at their distances.
         if !breaks {
             let loads: Vec<f32> = world.body(body).unwrap().bonds().map(|b| b.load).collect();
             let middle = 3.1 * 3.1 / (3.15 * 3.15);
@@ -115,7 +115,7 @@ fn each_part_has_its_own_mass_place_inertia_and_the_velocity_of_its_matter() {
     let [broken] = world.events().bond_break[..] else { panic!("{:?}", world.events()) };
     assert_eq!(broken.shapes, [shapes[1], shapes[2]]);
     let [piece] = world.events().pieces_of(&event)[..] else { panic!("{event:?}") };
-    // The heavy end stays; shapes keep their ids and what is said of them.
+    // The heavy end remains the body; shapes keep their ids and settings.
     let old = whole.body(id).unwrap();
     let parts = [(id, &shapes[2..], 9600.0), (piece, &shapes[..2], 1500.0)];
     for (part, own, density) in parts {
@@ -148,11 +148,12 @@ fn each_part_has_its_own_mass_place_inertia_and_the_velocity_of_its_matter() {
     assert_eq!(world.body(id).unwrap().bonds().count(), 2);
 }
 
-/// A rod that lies on two blocks at its ends, and a load on its middle: three-point bending.
+/// A rod on two blocks at its ends, with a load on its middle: three-point bending.
 fn beam(strength: BondStrength) -> (World, BodyId) {
     let mut world = World::default();
     for x in [0.0, 4.0] {
-        // A line of support, without friction: else the supports hold the beam together like the feet of an arch.
+        // A line of support without friction. Otherwise the supports would hold the beam together
+        // like the feet of an arch.
         let turn = Quat::from_axis_angle(Vec3::X, core::f32::consts::FRAC_PI_2);
         let block = BodyDef::fixed().with_position([x, -0.6, 0.0]).with_rotation(turn);
         world.add_body(block.with_shape(ShapeDef::capsule(1.0, 0.1).with_friction(0.0))).unwrap();
@@ -163,8 +164,9 @@ fn beam(strength: BondStrength) -> (World, BodyId) {
 
 #[test]
 fn a_beam_on_two_supports_bears_the_moment_of_its_weight_and_breaks_beyond() {
-    // 5 m of q = 9810 N/m on supports 4 m apart. At the faces beside the middle, 1.5 m from a support and 2 m from
-    // an end, M = R 1.5 - q 2²/2 = 24525 · 1.5 - 19620 = 17168 N m: σ = 6 M / 1 m³.
+    // 5 m of q = 9810 N/m on supports 4 m apart. At the faces beside the middle, 1.5 m from a
+    // support and 2 m from an end, M = R 1.5 - q 2²/2 = 24525 · 1.5 - 19620 = 17168 N m: σ = 6 M /
+    // 1 m³.
     let expected = 6.0 * 17_167.5_f32;
     let (mut world, body) = beam(BondStrength::both(1.0e9));
     for _ in 0..120 {
@@ -206,7 +208,7 @@ fn a_rest_that_breaks_nothing_lets_a_glued_body_sleep_and_wake() {
 
 #[test]
 fn a_joint_goes_with_the_part_that_it_holds() {
-    // Hung from its left end, 3 cubes below the first: too heavy for the first bond.
+    // Hung from its left end, with 3 cubes below the first: too heavy for the first bond.
     let mut world = World::default();
     let hook = world.add_body(BodyDef::fixed()).unwrap();
     let tension = 2.5 * 9810.0;
@@ -266,7 +268,8 @@ fn a_ball_breaks_a_wall_of_a_hundred_pieces_without_an_explosion_the_same_for_an
         }
         let mut splits = 0;
         for _ in 0..120 {
-            // What the step would be if no bond could break: its end is the moment before the splits.
+            // The step as it would be without breaking bonds: its end is the moment before the
+            // splits.
             let mut whole = world.clone();
             let glued: Vec<BodyId> =
                 whole.bodies().filter(|b| b.bonds().next().is_some()).map(|b| b.id()).collect();
@@ -300,7 +303,7 @@ fn a_ball_breaks_a_wall_of_a_hundred_pieces_without_an_explosion_the_same_for_an
     }
     assert_eq!(hashes[0], hashes[1]);
     assert_eq!(hashes[0], hashes[2]);
-    // The wall stands if nobody hits it.
+    // The wall stands if nothing hits it.
     let (mut world, wall) = wall(2.0e5);
     let ball = world.bodies().last().unwrap().id();
     world.remove_body(ball);
@@ -340,7 +343,7 @@ fn glue_that_makes_no_sense_is_refused_by_name() {
     assert_eq!(Glue::touching(&cubes, -1.0, strength).unwrap_err().field(), "gap");
     let none = Glue::touching(&cubes, 1e-3, BondStrength::both(0.0)).unwrap_err();
     assert_eq!(none.field(), "tension");
-    // Shapes that come and go.
+    // Shapes that are added and removed.
     let mut world = World::default();
     let id = world.add_body(rod(3, BondStrength::both(1.0e6))).unwrap();
     let shapes: Vec<_> = world.body(id).unwrap().shapes().collect();

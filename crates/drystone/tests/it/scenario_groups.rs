@@ -1,5 +1,5 @@
-//! Many small islands of unlike contacts: how they are put together into the workers' groups, and with whom
-//! a contact shares a block, must not show.
+//! Many small islands of different contacts. Their distribution into the workers' groups, and the
+//! contacts that share a block, must not affect the result.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use drystone::{BodyDef, Material, Mesh, Shape, ShapeDef, Vec3, World, WorldConfi
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Material number `i`: bouncing, rolling, spinning, slippery when it slides, or plain.
+/// Material number `i`: bouncing, rolling, spinning, slippery in motion, or plain.
 fn material(i: u32) -> Material {
     let plain = Material::default();
     match i % 5 {
@@ -20,7 +20,7 @@ fn material(i: u32) -> Material {
     }
 }
 
-/// Waves of triangles, 1 m wide.
+/// Triangle waves, 1 m wide.
 fn waves(cells: u32) -> Shape {
     let height = |i: u32, j: u32| if (i + j).is_multiple_of(2) { 0.0 } else { 0.3 };
     let mut vertices: Vec<Vec3> = Vec::new();
@@ -40,7 +40,8 @@ fn waves(cells: u32) -> Shape {
     Shape::Mesh(Arc::new(Mesh::new(vertices, triangles).unwrap()))
 }
 
-/// 16 × 16 columns of five that fall fast, half of them onto a mesh and half onto a floor with a belt.
+/// 16 × 16 columns of five bodies that fall fast, half of them onto a mesh and half onto a floor
+/// with a belt.
 fn heaps(workers: usize) -> World {
     let mut world = World::default().with_executor(Arc::new(Team::with_threads(workers)));
     let bouncy = Material { restitution: 0.6, ..Material::default() };
@@ -71,7 +72,7 @@ fn heaps(workers: usize) -> World {
     world
 }
 
-/// A step of each: they are to have the same bits after it, and to report the same.
+/// Takes a step in each world; all must have the same bits after it, and report the same.
 fn step_alike(worlds: &mut [World], step: u32) {
     for world in &mut *worlds {
         world.step(DT);
@@ -88,13 +89,14 @@ fn how_islands_are_grouped_does_not_show() {
     for step in 0..40 {
         step_alike(&mut worlds, step);
     }
-    // Enough that one worker's groups are not those of two: those take 600 contacts of two bodies at least.
+    // Enough contacts that one worker's groups differ from those of two, which take at least 600
+    // contacts of two bodies.
     let contacts = worlds[0].counts().contacts;
     assert!(contacts > 800, "{contacts}");
 }
 
-/// Balls and boxes side by side that fly at their middle, and bounce: one island that all workers share, in which most
-/// bodies are hit, many at once, at one point and at four.
+/// Balls and boxes side by side that fly at their middle and bounce. They are one island shared by
+/// all workers, in which most bodies are hit, many at once, at one point and at four.
 fn crush(workers: usize) -> World {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world =
@@ -123,6 +125,6 @@ fn how_many_workers_share_an_island_does_not_show() {
         contacts = worlds[0].counts().contacts.max(contacts);
         hits += worlds[0].events().hits.len();
     }
-    // Workers share an island from 1,024 ends of contacts on.
+    // Workers share an island from 1,024 contact ends on.
     assert!(contacts > 1000 && hits > 500, "{contacts} contacts, {hits} hits");
 }

@@ -1,4 +1,4 @@
-//! Every landing is told, once, with the speed that it had.
+//! Every landing is reported once, with its speed.
 
 use drystone::{BodyDef, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
@@ -6,7 +6,8 @@ use crate::floors::square;
 
 const G: f32 = 9.81;
 
-/// A world whose lengths, gravity and speed of hits are `scale` times as large, with a floor whose top is at y = 0.
+/// A world whose lengths, gravity and hit speed are `scale` times as large, with a floor whose top
+/// is at y = 0.
 fn floored(floor: &str, scale: f32) -> World {
     let gravity = vec3(0.0, -G, 0.0) * scale;
     let mut config = WorldConfig { gravity, ..WorldConfig::default() };
@@ -49,7 +50,8 @@ fn every_landing_has_one_hit_with_its_speed_and_a_begin_that_is_no_later() {
                         begins += world.events().contact_begin.len();
                         for hit in &world.events().hits {
                             let speed = (2.0 * G * height).sqrt();
-                            // The solver's substeps, 8 a step, give speed in steps of G h, half of one behind.
+                            // The solver's substeps, 8 per step, resolve speed in steps of G h, and
+                            // lag by half of one.
                             let off = (hit.speed / scale - speed).abs();
                             assert!(off <= G / rate / 8.0, "{of}: {off} m/s off {speed}");
                             hits += 1;
@@ -133,7 +135,7 @@ fn what_lies_hits_nothing() {
     let floor = ShapeDef::half_space(Vec3::Y, 0.0);
     world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
     for i in 0..8_u8 {
-        // Cubes that stand on each other, sticks and cylinders that lie, a hair apart.
+        // Stacked cubes, and lying sticks and cylinders, with a tiny gap.
         let at = f32::from(i / 2) + 0.001 * f32::from(i);
         let shape =
             if i % 2 == 0 { ShapeDef::box_half([0.5; 3]) } else { ShapeDef::cylinder(0.5, 0.4) };

@@ -1,4 +1,4 @@
-//! A program's say in contacts while a step runs.
+//! Hooks that change contacts during a step.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::floors::square;
 const G: f32 = 9.81;
 const DT: f32 = 1.0 / 60.0;
 
-/// Lets pass what has an odd number, and gives what has 2 the friction 0.2.
+/// Disables contacts of odd numbers, and sets the friction of number 2 to 0.2.
 #[derive(Default)]
 struct Rules {
     asked: AtomicU32,
@@ -65,14 +65,14 @@ fn hooks_drop_contacts_and_change_friction_for_the_step() {
             world.step_with(DT, &rules);
         }
         let at = |id: BodyId| world.body(id).unwrap().position();
-        // v² / (2 μ g), to what a step goes.
+        // v² / (2 μ g), up to the resolution of a step.
         for (id, friction) in [(plain, 0.6), (unasked, 0.6), (slick, 0.2)] {
             let far = 9.0 / (2.0 * friction * G);
             assert!((at(id).x - far).abs() < 3.0 * DT, "{kind}: {} m, {far}", at(id).x);
         }
         assert!(at(ghost).y < -5.0, "{kind}: {:?}", at(ghost));
         assert!(rules.asked.load(Ordering::Relaxed) > 0);
-        // Without hooks the surfaces are what they were.
+        // Without hooks the surfaces have their own values again.
         world.body_mut(slick).unwrap().set_linear_velocity([3.0, 0.0, 0.0]);
         let start = world.body(slick).unwrap().position().x;
         (0..240).for_each(|_| world.step(DT));

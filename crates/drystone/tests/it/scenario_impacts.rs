@@ -1,4 +1,5 @@
-//! Impacts against closed forms: heights, energy, momentum, friction, and impacts through several bodies.
+//! Impacts against closed forms: heights, energy, momentum, friction, and impacts through several
+//! bodies.
 
 use drystone::joint::Ball;
 use drystone::{BodyDef, BodyId, JointDef, Material, Quat, ShapeDef, Vec3, World, vec3};
@@ -24,7 +25,8 @@ fn weightless() -> World {
     world
 }
 
-/// Where the center of a ball of radius 0.1 is when it meets the floor: contacts keep 5e-5 m.
+/// Height of the center of a ball of radius 0.1 when it meets the floor: contacts keep a gap of
+/// 5e-5 m.
 const LOW: f32 = 0.1 + 5.0e-5;
 
 fn ball(world: &mut World, at: Vec3, v: Vec3, radius: f32, of: Material) -> BodyId {
@@ -41,7 +43,8 @@ fn velocity(world: &World, id: BodyId) -> Vec3 {
     world.body(id).unwrap().linear_velocity()
 }
 
-/// Energy over weight of a body whose lowest place has its center at `low`: the height it can reach.
+/// Energy over weight of a body whose center is at `low` in its lowest position: the height it can
+/// reach.
 fn height(world: &World, id: BodyId, low: f32) -> f32 {
     let body = world.body(id).unwrap();
     body.position().y - low + body.linear_velocity().length_squared() / (2.0 * G)
@@ -67,8 +70,8 @@ fn a_ball_rises_to_its_height_times_e_squared_from_any_height() {
                     break;
                 }
             }
-            // Exact but for rounding: up to 90 steps at 14 m/s and 10 m, half an ulp (4.8e-7) each, and
-            // once more in the energy.
+            // Exact up to rounding: up to 90 steps at 14 m/s and 10 m, half an ulp (4.8e-7) each,
+            // and once more in the energy.
             let error = (apex.unwrap() / (e * e * drop) - 1.0).abs();
             assert!(error < 2.0e-5, "e {e}, drop {drop}: {error}");
         }
@@ -92,7 +95,7 @@ fn an_elastic_ball_bounces_for_ever() {
         }
         // 1,200 steps and up to 100 bounces, each rounded to 1e-6 of the speed.
         assert!((squares / 1200.0_f32).sqrt() < 1.0e-4 && most < 1.0e-4, "{drop}: {most}");
-        // The time of a bounce is 2 sqrt(2 H/g).
+        // The duration of a bounce is 2 sqrt(2 H/g).
         let expected = 20.0 / (8.0 * drop / G).sqrt();
         assert!((f32::from(bounces) - expected).abs() < 1.5, "{drop}: {bounces} not {expected}");
     }
@@ -120,8 +123,8 @@ fn elastic_bodies_at_rest_stay_at_rest() {
                 }
             }
         }
-        // A bounce would be faster than what gravity makes in a step, 0.16 m/s; a stack of ten settles in
-        // softly by 0.17 mm for each cube above a contact, in seconds.
+        // A bounce would be faster than the speed gravity adds in a step, 0.16 m/s. A stack of ten
+        // settles softly, over seconds, by 0.17 mm for each cube above a contact.
         assert!(fastest < 2.0e-3, "{count} cubes of {edge}: {fastest}");
     }
 }
@@ -157,7 +160,7 @@ fn a_spinning_super_ball_never_gains_energy() {
 #[test]
 fn elastic_cubes_on_edges_and_corners_never_gain_energy() {
     let corner = [1.0, 0.0, -1.0];
-    // Flat, on an edge, on a corner, slanting, nearly flat.
+    // Flat, on an edge, on a corner, oblique, nearly flat.
     let turns = [
         (corner, 0.0_f32),
         ([1.0, 0.0, 0.0], core::f32::consts::FRAC_PI_4),
@@ -183,7 +186,8 @@ fn elastic_cubes_on_edges_and_corners_never_gain_energy() {
                 // A round is solved to 1e-5 of the speed; a dozen impacts.
                 assert!(most < 2.0e-4, "mu {friction}, turned {angle}, from {drop}: {most}");
                 if friction == 0.0 {
-                    // Rows are those of the step's start: what a step turns is off by its square.
+                    // Rows are those of the step's start: the error is the square of the rotation
+                    // in a step.
                     assert!(last > 0.98, "turned {angle}, from {drop}: {last}");
                 }
             }
@@ -201,13 +205,14 @@ fn an_elastic_cube_that_falls_flat_bounces_back_flat() {
         for _ in 0..300 {
             world.step(DT);
         }
-        // Each of 4 impacts is solved to 1e-5, and a spin grows from one to the next by a few times.
+        // Each of 4 impacts is solved to 1e-5, and a spin grows by a small factor between impacts.
         let end = height(&world, id, 0.5) / 2.0;
         assert!((end - 1.0).abs() < 1.0e-3, "mu {friction}: {end}");
     }
 }
 
-/// Velocities after `incoming` balls at `speed` met the rest of a row of five, `gap` apart, weightless.
+/// Velocities after `incoming` balls at `speed` hit the rest of a row of five, `gap` apart, without
+/// gravity.
 fn row(incoming: u8, gap: f32, speed: f32) -> Vec<f32> {
     let mut world = weightless();
     let mut ids = Vec::new();
@@ -231,8 +236,8 @@ fn as_many_balls_leave_a_row_as_came_in() {
                 let v = row(incoming, gap, speed);
                 for (i, v) in (0..).zip(&v) {
                     let expected = if i >= 5 - incoming { speed } else { 0.0 };
-                    // Touching balls overlap by what contacts keep, 5e-5 m, and are pushed out of that at
-                    // 20 /s and less.
+                    // Touching balls overlap by the contact gap, 5e-5 m, and are pushed out at 20
+                    // /s or less.
                     let error = (v - expected).abs();
                     assert!(error < 2.0e-3 + 1.0e-6 * speed, "{incoming} in, gap {gap}: {v}");
                 }
@@ -271,8 +276,9 @@ fn a_cradle_of_touching_balls_sends_out_what_came_in() {
         }
         let out = 1.5 * 0.479_426;
         for (i, farthest) in (0..).zip(reach) {
-            // The apex lies between two steps: half a step from it the ball is w² dt²/8 = 2e-4 of its
-            // height lower. What stays is pushed out of 5e-5 m at 1 mm/s, for up to a second.
+            // The apex lies between two steps: half a step from it the ball is w² dt²/8 = 2e-4 of
+            // its height lower. Balls at rest are pushed out of 5e-5 m at 1 mm/s, for up to a
+            // second.
             let right = if i >= 5 - pulled { farthest / out > 0.995 } else { farthest < 0.004 };
             assert!(right, "{pulled} pulled: {reach:?}");
         }
@@ -281,7 +287,7 @@ fn a_cradle_of_touching_balls_sends_out_what_came_in() {
 
 #[test]
 fn a_ball_into_two_that_touch_parts_them_alike() {
-    // Elastic, all three at once: the ball comes back with -v/5, the two leave with 2 sqrt(3) v/5.
+    // Elastic, all three at once: the ball returns at -v/5, the two leave at 2 sqrt(3) v/5.
     let mut world = weightless();
     let of = material(1.0, 0.0);
     let side = 0.5 * 3.0_f32.sqrt();
@@ -320,7 +326,7 @@ fn a_break_of_fifteen_keeps_energy_and_momentum() {
     let (v, kept) = run();
     let total = v.iter().fold(Vec3::ZERO, |sum, v| sum + *v);
     assert!((kept - 1.0).abs() < 1.0e-4, "{kept}");
-    // Each pair's impulses are opposite to rounding.
+    // Each pair's impulses are opposite up to rounding.
     assert!((total - vec3(8.0, 0.0, 0.0)).length() < 8.0e-6);
     assert_eq!(run().0, v);
 }
@@ -363,7 +369,7 @@ fn an_oblique_impact_rubs_by_the_impulse_of_the_whole_bounce() {
             let v = velocity(&world, id);
             let slides = 3.5 * mu * (1.0 + e) * 4.0 < vt;
             let expected = if slides { vt - mu * (1.0 + e) * 4.0 } else { 5.0 / 7.0 * vt };
-            // The arm of friction keeps the 5e-5 m of contacts: 2e-4 of the radius.
+            // Friction's lever arm is longer by the contact gap of 5e-5 m: 2e-4 of the radius.
             assert!((v.x / expected - 1.0).abs() < 5.0e-4, "{v:?} not {expected}");
             assert!((v.y - 4.0 * e).abs() < 1.0e-5);
         }
@@ -396,10 +402,10 @@ fn two_hundred_elastic_balls_keep_their_energy() {
     let start = energy(&world);
     for step in 1..=600_u16 {
         world.step(DT);
-        // Nothing is gained. Of what meets others in a step every substep takes a² h²/2 a kilogram, of 17 J that
-        // it has at the start; all of them in all steps would lose 0.6 % a second (in fact four of ten do).
-        // Two slow balls are not seen to meet when a fast one strikes them in the same step: they overlap for a
-        // moment, and the push out of that costs up to a hundredth.
+        // No energy is gained. Each substep of an impact loses a² h²/2 per kilogram, of an initial
+        // 17 J. If all balls collided in all steps, they would lose 0.6 % per second (in fact four
+        // in ten do). Two slow balls that a fast one hits in the same step may miss each other's
+        // impact. They overlap for a moment, and pushing them out costs up to a hundredth.
         let now = energy(&world) / start;
         let lost = 0.01 + 0.006 * f64::from(step) / 60.0;
         assert!((1.0 - lost..1.001).contains(&now), "{now}");

@@ -1,4 +1,4 @@
-//! Load-adaptive inertia: what it holds, and what it must not touch.
+//! Load-adaptive inertia: the loads it holds, and the cases it must not affect.
 
 use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig, vec3};
 
@@ -52,14 +52,15 @@ fn momentum(world: &World, all: &[BodyId]) -> Vec3 {
 
 #[test]
 fn heavy_loads_sink_no_deeper_than_the_factor_allows() {
-    // A contact under the load N gives N k / omega², k = 2/(s m), omega = 2 pi 54 Hz; the lowest one,
-    // against the ground, a quarter of half of that. 9 contacts of ten boxes. s is 8, and under loads of more
-    // than 5 × 8 times 30 m/s² grows as their root, to 3 × 8.
+    // A contact under the load N yields by N k / omega², k = 2/(s m), omega = 2 pi 54 Hz; the
+    // lowest one, against the ground, by a quarter of half of that. 9 contacts of ten boxes. s is
+    // 8. Under loads of more than 5 × 8 times 30 m/s² it grows as the root of the load, up to 3 ×
+    // 8.
     let omega = 2.0 * core::f32::consts::PI * 54.0;
     for ratio in [100.0, 300.0, 1000.0, 2000.0] {
         let mut w = grounded(0.0);
         let s = stack(&mut w, 10, ratio);
-        // What is put down at rest is held where it lies. This slides by 0.2 mm first.
+        // Bodies placed at rest are held in place, so this one first slides by 0.2 mm.
         for id in &s {
             w.body_mut(*id).unwrap().set_linear_velocity([0.05, 0.0, 0.0]);
         }
@@ -68,12 +69,12 @@ fn heavy_loads_sink_no_deeper_than_the_factor_allows() {
         // The uppermost contact has the heavy body on one side: k = 1/(s m) there.
         let factor = 8.0 * ((ratio + 4.5) * G / (30.0 * 40.0)).sqrt().clamp(1.0, 3.0);
         let per_contact = 2.0 * (ratio + 4.5) * G / (factor * omega * omega);
-        // What is that deep settles to a hundredth of half a box's thickness.
+        // A deeper contact settles to a hundredth of half a box's thickness.
         let settled = |gives: f32| gives.min(0.005);
         let expected =
             8.0 * settled(per_contact) + settled(0.5 * per_contact) + settled(0.125 * per_contact);
-        // The factor may stay a fifth below what the load asks for (its hysteresis), and rounding of
-        // the contact's own offset adds 5e-5 m each.
+        // The factor may stay a fifth below the value for the load (its hysteresis), and rounding
+        // of the contact's own offset adds 5e-5 m each.
         assert!(sag < 1.25 * expected + 10.0 * 5.0e-5, "{ratio}: {sag}, {expected}");
         assert!(sag > 0.5 * expected, "{ratio}: {sag}, {expected}");
         let off = at(&w, s[9]);
@@ -89,7 +90,7 @@ fn substeps_in_parts_make_squeezed_contacts_stiffer_by_the_square() {
         let s = stack(&mut w, 10, ratio);
         run(&mut w, 1200);
         let sag = 9.5 - at(&w, s[9]).y;
-        // As above, with contacts of 54 Hz times the parts.
+        // As above, with contacts of 54 Hz times the number of parts.
         let omega = 2.0 * core::f32::consts::PI * 54.0 * f32::from(parts);
         let expected = 2.0 * (ratio + 4.5) * G / (8.0 * omega * omega) * (8.0 + 0.5 + 0.125);
         let offsets = 10.0 * 5.0e-5;
@@ -125,8 +126,8 @@ fn substeps_in_parts_are_for_islands_that_need_them() {
 
 #[test]
 fn a_stack_at_the_limit_of_parts_comes_to_rest() {
-    // 30 boxes: the lowest ones' load stands where the factor is greatest, and stiffer contacts throw up
-    // what had sunk into them.
+    // 30 boxes: the lowest ones' load reaches the maximum factor, and stiffer contacts push up
+    // boxes that had sunk into them.
     for n in [20, 25, 30, 35] {
         let mut w = grounded(0.0);
         w.set_config(refined(w.config(), 2)).unwrap();
@@ -134,7 +135,7 @@ fn a_stack_at_the_limit_of_parts_comes_to_rest() {
         run(&mut w, 1200);
         let fastest = s.iter().map(|id| w.body(*id).unwrap().linear_velocity().length());
         let fastest = fastest.fold(0.0, f32::max);
-        // What sleep calls still.
+        // Below the speed that counts as still for sleep.
         assert!(fastest < 0.05, "{n}: {fastest}");
         let off = at(&w, s[usize::from(n) - 1]);
         assert!(off.x.hypot(off.z) < 0.01, "{n}: {off:?}");
@@ -151,7 +152,7 @@ fn parts_out_of_range_are_refused() {
 
 #[test]
 fn a_light_stack_is_left_alone() {
-    // Two boxes on one press it with 20 m/s² of the threshold's 30: the same bits with and without.
+    // Two boxes press on one with 20 m/s² of the threshold's 30: the same bits with and without.
     let (mut with, mut without) = (grounded(0.0), grounded(1.0));
     let (a, b) = (stack(&mut with, 3, 1.0), stack(&mut without, 3, 1.0));
     run(&mut with, 300);
@@ -194,8 +195,8 @@ fn a_loaded_cart_on_ice_keeps_its_speed() {
     }
     let before = momentum(&w, &all).x;
     run(&mut w, 600);
-    // Nothing pushes along x. Rounding of 600 steps of 8 sweeps over velocities of 5 m/s: 3e-7 a sweep
-    // at random, 2e-5; what the factors take as they rise is against the motion of the island.
+    // No force acts along x. Rounding of 600 steps of 8 sweeps at velocities of 5 m/s: 3e-7 per
+    // sweep at random, 2e-5. Rising factors take momentum only against the island's motion.
     let change = momentum(&w, &all).x / before - 1.0;
     assert!(change.abs() < 1.0e-4, "{change}");
 }
@@ -217,8 +218,8 @@ fn a_stack_turns_with_a_turntable() {
     let t = w.body(table).unwrap();
     let (low, top) = (w.body(s[0]).unwrap(), w.body(s[9]).unwrap());
     let local = |b: Vec3| t.rotation().unrotate(b - t.position());
-    // The table reaches its speed in one step, the lowest box after that: half a step of 0.3 m/s
-    // each box higher up later by as much again.
+    // The table reaches its speed in one step, the lowest box after that: by half a step of 0.3
+    // m/s, and each higher box later by the same amount.
     let (low, top) = (local(low.position()), local(top.position()));
     assert!((low - vec3(3.0, 1.0, 0.0)).length() < 0.005, "{low:?}");
     assert!((top - vec3(3.0, 10.0, 0.0)).length() < 0.1, "{top:?}");
@@ -234,8 +235,8 @@ fn what_falls_does_not_float() {
     run(&mut w, 300);
     assert!(w.remove_body(ground));
     run(&mut w, 60);
-    // Momentum is that of a second's fall, but for the steps in which the factors go back to 1: half of
-    // the rest in each, so that less than the pull of two steps is missing.
+    // Momentum is that of a second's fall, except for the steps in which the factors return to 1.
+    // They lose half of the rest in each step, so that less than the pull of two steps is missing.
     let v = momentum(&w, &s).y / 309.0;
     assert!(v < -G * (1.0 - 2.0 * DT) && v > -G * 1.001, "{v}");
 }
@@ -255,7 +256,7 @@ fn light_bodies_do_not_fly_when_their_load_is_taken() {
             rise = rise.max(at(&w, *id).y - y);
         }
     }
-    // What they were pressed together, and the hop of boxes that part with up to the cap of 0.25 m/s
+    // The initial compression, and the hop of boxes that separate at up to the limit of 0.25 m/s
     // each: 9 of them, (9 · 0.25)² / 2 g.
     assert!(rise < overlap + (9.0_f32 * 0.25).powi(2) / (2.0 * G), "{rise}, {overlap}");
 }
@@ -274,8 +275,9 @@ fn a_loaded_slab_holds_and_slides_at_the_limit_of_its_load() {
             let force = pull * 0.6 * mass * G;
             w.body_mut(id).unwrap().set_lasting_force([force, 0.0, 0.0]);
             run(&mut w, 60);
-            // (pull - 1) mu g / 2 after a second: 0.3 m at 1.1; a slab of 100 kg that carries a ton has
-            // 1000 g / (100 · 30 m/s²) = 3.3 times its inertia, so that it is slower by 1100/1333.
+            // (pull - 1) mu g / 2 after a second: 0.3 m at 1.1. A slab of 100 kg that carries a ton
+            // has 1000 g / (100 · 30 m/s²) = 3.3 times its inertia, so that it is slower by
+            // 1100/1333.
             let way = at(&w, id).x - before;
             assert!(way > least && way < most, "{pull} lower {lower}: {way}");
         }
@@ -284,8 +286,8 @@ fn a_loaded_slab_holds_and_slides_at_the_limit_of_its_load() {
 
 #[test]
 fn squeezed_bodies_that_nothing_holds_take_momentum_from_nobody() {
-    // No gravity: a hammer drives five blocks into an anvil. Total momentum is what it was, but for rounding,
-    // as A21 of the list of tests asks for: a hundred thousandth.
+    // Without gravity a hammer drives five blocks into an anvil. Total momentum is constant up to
+    // rounding, within 1e-5 as A21 of the list of tests requires.
     let mut w = world(0.0);
     w.set_gravity([0.0; 3]);
     let half = vec3(0.5, 0.5, 0.5);
@@ -306,8 +308,8 @@ fn squeezed_bodies_that_nothing_holds_take_momentum_from_nobody() {
 
 #[test]
 fn what_is_squeezed_in_free_flight_is_accelerated_by_its_own_mass() {
-    // 3 kN from one side, 1 kN from the other: 2 kN move 151 kg for a second, 158 if the kilogram between
-    // had 8 times its mass.
+    // 3 kN from one side, 1 kN from the other: 2 kN move 151 kg for a second, or 158 kg if the body
+    // of 1 kg had 8 times its mass.
     let mut w = world(0.0);
     w.set_gravity([0.0; 3]);
     let half = vec3(0.5, 0.5, 0.5);
@@ -324,8 +326,8 @@ fn what_is_squeezed_in_free_flight_is_accelerated_by_its_own_mass() {
 
 #[test]
 fn stacks_lean_as_far_as_the_theory_says() {
-    // Ten boxes, each further out by d: the upper k have their center (k - 1) d / 2 + d beyond the box
-    // below: it must be within half an edge, 10 d / 2 < 0.5 for nine of them.
+    // Ten boxes, each offset by a further d. The center of the upper k is (k - 1) d / 2 + d beyond
+    // the box below and must be within half an edge: 10 d / 2 < 0.5 for nine of them.
     for (lean, stands) in [(0.09, true), (0.105, false), (0.12, false)] {
         let mut w = grounded(0.0);
         let half = vec3(0.5, 0.5, 0.5);

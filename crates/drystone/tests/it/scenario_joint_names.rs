@@ -1,5 +1,5 @@
-//! Joints by name: the freedoms that each leaves, the signs of its numbers, its motors and limits, and its place by points of
-//! the world.
+//! Named joints: the freedoms of each, the signs of its coordinates, its motors and limits, and its
+//! placement by points of the world.
 
 use drystone::joint::{
     Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, JointAxis, JointDrive, JointSpring,
@@ -19,12 +19,12 @@ fn world(gravity: f32) -> World {
     World::new(WorldConfig { gravity, ..WorldConfig::default() }).unwrap()
 }
 
-/// A rotation about no particular axis.
+/// A rotation about a generic axis.
 fn tilt(k: f32) -> Quat {
     Quat::from_axis_angle(vec3(1.0, -2.0, 0.5 + k).normalize_or(Vec3::X), 0.7 + k)
 }
 
-/// A post and a ball of 1 kg and 0.1 kg m² about any axis, both turned anyhow.
+/// A post and a ball of 1 kg and 0.1 kg m² about any axis, both at generic rotations.
 fn post_and_ball(world: &mut World, at: Vec3) -> [BodyId; 2] {
     let post = BodyDef::fixed().with_position([3.0, -1.0, 2.0]).with_rotation(tilt(0.0));
     let ball = BodyDef::dynamic().with_position(at).with_rotation(tilt(1.0));
@@ -48,7 +48,7 @@ fn frame() -> Quat {
     Quat::from_axis_angle(vec3(2.0, 1.0, -1.0).normalize_or(Vec3::X), 1.1)
 }
 
-/// The way of a body along and about these axes, from its poses alone.
+/// Displacement and rotation of a body along and about these axes, from its poses alone.
 fn went(from: Pose, to: Pose, axes: Quat) -> [f32; 6] {
     let moved = axes.unrotate(to.position - from.position);
     let turn = (to.rotation * from.rotation.conjugate()).to_rotation_vector();
@@ -56,7 +56,7 @@ fn went(from: Pose, to: Pose, axes: Quat) -> [f32; 6] {
     [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z]
 }
 
-/// Every name, and which of the six axes it leaves free.
+/// Every name, and the axes that it leaves free.
 fn names() -> Vec<(&'static str, JointKind, &'static [Axis])> {
     use Axis::{TurnX, TurnY, TurnZ, X, Y, Z};
     let loose = JointSpring::new(0.0, 0.0);
@@ -108,7 +108,7 @@ fn each_name_leaves_exactly_its_freedoms() {
             if free.contains(axis) {
                 assert!((went[axis.index()] / way - 1.0).abs() < 0.01, "{what}");
             } else {
-                // A held axis takes the push in the first substep, and what it is late it wins back.
+                // A locked axis takes the impulse in the first substep, and recovers the delay.
                 assert!(went.iter().all(|x| x.abs() < speed * SUBSTEP), "{what}");
             }
         }
@@ -137,7 +137,8 @@ fn a_rod_holds_both_ways_a_rope_one_way_and_a_spring_neither() {
             let free = speed * DT * 30.0;
             let what = format!("{name} at {speed} m/s: {moved} m");
             if holds {
-                // It takes the push in the first substep. A joint that holds one way lets it come back.
+                // It takes the impulse in the first substep. A one-sided joint lets the body
+                // return.
                 assert!(moved * speed.signum() < 0.4 * SUBSTEP, "{what}");
                 assert!(name != "rod" || moved.abs() < 0.4 * SUBSTEP, "{what}");
             } else {
@@ -176,7 +177,7 @@ fn numbers_count_by_the_right_hand_from_the_first_body() {
         world.body_mut(a).unwrap().set_angular_velocity(axis * 3.5);
         let expected = [along, about, 0.2, -1.5];
         for (is, should) in read(&world).into_iter().zip(expected) {
-            // Products of numbers up to 5 in f32, a few of them.
+            // A few products of numbers up to 5 in f32.
             assert!((is - should).abs() < 5.0e-6, "{is}, {should}");
         }
     }
@@ -190,7 +191,7 @@ fn angles_of_a_hinge_count_turns_both_ways() {
         let def = JointDef::new(post, ball, Hinge::new().with_motor(speed, 1.0e6));
         let joint = world.add_joint(def.at(Vec3::ZERO).with_axis(Vec3::Z)).unwrap();
         steps(&mut world, 300);
-        // The motor is up to speed in the first substep.
+        // The motor reaches its speed in the first substep.
         let turn = turn_of(&world, joint);
         assert!((turn - 5.0 * speed).abs() < 3.0 * SUBSTEP * 2.0, "{turn} rad");
         let w = world.body(ball).unwrap().angular_velocity().z;
@@ -211,11 +212,12 @@ fn motors_lead_to_the_limit_of_their_sign() {
         let slider = JointDef::new(post, ball, slider).at(Vec3::Y * 9.0).with_rotation(frame());
         let slider = world.add_joint(slider).unwrap();
         steps(&mut world, 120);
-        // A hard stop gives by the force on it over (2π · 60 Hz)²: 10 N on 1 kg 0.07 mm, 10 N m on 0.1 kg m² 0.7 mrad.
+        // A hard stop yields by force over (2π · 60 Hz)²: 10 N on 1 kg by 0.07 mm, 10 N m on 0.1 kg
+        // m² by 0.7 mrad.
         let turn = world.joint(hinge).unwrap().hinge().unwrap();
         assert!((turn.position() - end).abs() < 1.0e-3, "{} rad", turn.position());
         assert_eq!(turn.limits(), Some((-0.4, 0.9)));
-        // The motor pushes against the stop with all it has, and the stop holds it.
+        // The motor pushes against the stop with its maximum torque, and the stop holds it.
         assert!((turn.drive_force() - 10.0 * speed.signum()).abs() < 1.0e-3);
         assert!(turn.force().abs() < 1.0e-2, "{}", turn.force());
         let slide = world.joint(slider).unwrap().slider().unwrap();
@@ -244,7 +246,7 @@ fn a_motor_tells_what_it_bears_and_gives_no_more_than_it_may() {
             assert!((force / most - 1.0).abs() < 1.0e-3, "{force} N");
         }
     }
-    // An arm that is held level by its brake: 1 kg, 0.8 m out along x, pulls by the left hand about z.
+    // An arm that its brake holds level: 1 kg, 0.8 m out along x, gives a negative torque about z.
     let mut world = world(G);
     let [post, ball] = post_and_ball(&mut world, vec3(0.8, 0.0, 0.0));
     let def = JointDef::new(post, ball, Hinge::new().with_motor(0.0, 100.0));
@@ -280,7 +282,7 @@ fn what_is_changed_by_name_follows_at_once_and_keeps_its_frames() {
     door.set_servo(0.96, JointSpring::hertz(4.0, 1.0), 1.0e4);
     steps(&mut world, 240);
     assert!((turn_of(&world, joint) - 0.96).abs() < 1.0e-3);
-    // Open by 55°: new limits, drives and axes do not turn it back.
+    // Open by 55°: new limits, drives and axes do not rotate it back.
     let mut door = world.joint_mut(joint).unwrap();
     door.set_drive(None).unwrap();
     door.set_limits(0.0, 1.5).unwrap();
@@ -330,7 +332,7 @@ fn wheels_steer_spring_and_roll_toward_axle_times_up() {
             let wheel = world.add_body(wheel).unwrap();
             let joint = Wheel::new(spring).with_travel(-0.3, 0.3).with_motor(10.0, 20.0);
             let joint = if x > 0.0 { joint.with_steering(0.0, steer, 500.0) } else { joint };
-            // It faces x, up is y, so that -z is left.
+            // It faces x and up is y, so that -z is left.
             let def = JointDef::new(chassis, wheel, joint).at(at).with_axes(up, -Vec3::Z);
             wheels.push(world.add_joint(def).unwrap());
         }
@@ -342,7 +344,7 @@ fn wheels_steer_spring_and_roll_toward_axle_times_up() {
     assert!((v.x - 3.0).abs() < 0.05 && v.z.abs() < 0.05, "{v:?}");
     for wheel in &wheels {
         let wheel = world.joint(*wheel).unwrap();
-        // A quarter of the chassis on each spring: g/(2π · 2 Hz)² = 62 mm, pushed in.
+        // Each spring carries a quarter of the chassis: it is compressed by g/(2π · 2 Hz)² = 62 mm.
         let sag = wheel.slider().unwrap().position();
         assert!((sag - 0.0621).abs() < 0.01, "{sag} m");
         assert!((wheel.axis(Axis::TurnY).unwrap().speed() - 10.0).abs() < 0.2);
@@ -357,7 +359,7 @@ fn wheels_steer_spring_and_roll_toward_axle_times_up() {
         let angle = world.joint(*wheel).unwrap().axis(Axis::TurnX).unwrap().position();
         assert!((angle - 0.3).abs() < 0.05, "{angle} rad");
     }
-    // A positive turn about up leads from x to -z, left.
+    // A positive rotation about up leads from x to -z, left.
     let turns = world.body(chassis).unwrap().angular_velocity().y;
     assert!(turns > 0.2, "{turns} rad/s");
 }
@@ -376,7 +378,8 @@ fn springs_hang_where_their_stiffness_says() {
     let stood = world.add_joint(def).unwrap();
     steps(&mut world, 600);
     let joint = world.joint(hung).unwrap();
-    // m g / k, and what the world's sleep lets be of it: it rests below 5 cm/s, on 10 rad/s within half a millimeter here.
+    // m g / k, less the tolerance of sleep: it rests below 5 cm/s, which at 10 rad/s is within half
+    // a millimeter here.
     assert!((joint.length() - (1.0 + G / 100.0)).abs() < 1.0e-3, "{} m", joint.length());
     assert!((joint.tension().unwrap() / G - 1.0).abs() < 5.0e-3, "{:?} N", joint.tension());
     let omega = 2.0 * core::f32::consts::PI * 1.5;
@@ -403,7 +406,7 @@ fn muscles_turn_a_joint_to_a_pose_and_soft_joints_come_back() {
         muscle.set_target_rotation(target, spring, f32::INFINITY);
         steps(&mut world, 300);
         let turned = world.body(ball).unwrap().rotation() * before.conjugate();
-        // The target is told in the frame of the joint.
+        // The target is given in the frame of the joint.
         let off = frame().conjugate() * turned * frame() * target.conjugate();
         assert!(off.angle() < 5.0e-3, "{kind:?}: {} rad", off.angle());
     }
@@ -417,7 +420,7 @@ fn muscles_turn_a_joint_to_a_pose_and_soft_joints_come_back() {
     body.set_angular_velocity([0.0, 1.0, 2.0]);
     steps(&mut world, 4);
     let far = went(before, world.body(ball).unwrap().pose(), Quat::IDENTITY);
-    // Critically damped: v t e^(-ωt). A step of the spring is right to the first order of ωh.
+    // Critically damped: v t e^(-ωt). The spring's step has first-order accuracy in ωh.
     let (omega, t) = (2.0 * core::f32::consts::PI * 3.0, 4.0 * DT);
     // ωt is 0.4 π.
     let way = t * 0.284_61;
@@ -437,11 +440,11 @@ fn points_of_the_world_are_places_of_bodies() {
         let mut first = world(G);
         let [post, ball] = post_and_ball(&mut first, at + vec3(0.2, 0.1, 0.0));
         let mut second = first.clone();
-        // Any length, and y not quite across x.
+        // Axes of any length, with y not quite perpendicular to x.
         let told = JointDef::new(post, ball, kind).at(at).with_axes(x * 3.0, y * 0.1 + x);
         let joint = first.add_joint(told).unwrap();
         let seen = first.joint(joint).unwrap();
-        // Coordinates up to 4 in f32, a few products.
+        // A few products of coordinates up to 4 in f32.
         assert!((seen.anchor_a() - at).length() < 2.0e-6, "{name}");
         assert!((seen.anchor_b() - at).length() < 2.0e-6, "{name}");
         if let Some(axis) = seen.axis(Axis::X) {
@@ -451,7 +454,7 @@ fn points_of_the_world_are_places_of_bodies() {
                 assert!(seen.axis(*axis).unwrap().position().abs() < 2.0e-6, "{name}, {axis}");
             }
         }
-        // By hand, as engines without points of the world ask for it.
+        // Frames computed by hand, as in engines without joints by points of the world.
         let local = |body: BodyId| {
             let body = second.body(body).unwrap();
             let anchor = body.rotation().unrotate(at - body.position());
@@ -466,7 +469,7 @@ fn points_of_the_world_are_places_of_bodies() {
         let apart = went(p, q, Quat::IDENTITY);
         // The two differ by the rounding of their frames.
         assert!(apart.iter().all(|x| x.abs() < 1.0e-4), "{name}: {apart:?}");
-        // The definition that is read makes the same joint.
+        // The definition that the joint returns makes the same joint.
         let def = second.joint(by_hand).unwrap().to_def().unwrap();
         assert!(!def.world_anchors && def.world_axes.is_none());
         assert!((def.anchor_b - anchor_b).length() < 1.0e-6);
@@ -561,7 +564,7 @@ fn numbers_that_no_joint_can_have_are_named() {
         assert_eq!(error.field(), field, "{error}");
     }
     assert_eq!(world.joints().count(), 0);
-    // A far body can put a point that is near out of the range of its own frame.
+    // The frame of a far body may be unable to represent a near point.
     let far = BodyDef::fixed().with_position([-9.0e6, 0.0, 0.0]);
     let far = world.add_body(far).unwrap();
     let error = world.add_joint(JointDef::new(far, ball, Ball::new()).at([9.0e6, 0.0, 0.0]));

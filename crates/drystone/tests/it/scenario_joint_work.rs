@@ -1,4 +1,4 @@
-//! What joints do to energy: they make none, and what stands on them comes to rest.
+//! Joints must not add energy, and bodies on them must come to rest.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ fn floor(world: &mut World) {
     world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
 }
 
-/// A world whose gravity is turned by an angle [rad]: its floor is a slope.
+/// A world with gravity rotated by an angle [rad], so that its floor is a slope.
 fn slope(angle: f32) -> World {
     let down = Quat::from_axis_angle(Vec3::Z, angle).rotate(-Vec3::Y);
     let config = WorldConfig { gravity: down * G, ..WorldConfig::default() };
@@ -31,10 +31,10 @@ fn energy(world: &World) -> f64 {
     world.kinetic_energy() + world.potential_energy()
 }
 
-/// How often a second, and how large things are.
+/// Steps per second, and scale of lengths.
 const SCALES: [(f32, f32); 4] = [(60.0, 1.0), (60.0, 0.1), (60.0, 10.0), (120.0, 1.0)];
 
-/// A ball on a chain of light links, let go from level.
+/// A ball on a chain of light links, released from the horizontal.
 fn whip(links: u8, ratio: f32, hinges: bool, (hertz, size): (f32, f32)) -> f64 {
     let mut world = World::default();
     let mut last = world.add_body(BodyDef::fixed()).unwrap();
@@ -75,8 +75,8 @@ fn whip(links: u8, ratio: f32, hinges: bool, (hertz, size): (f32, f32)) -> f64 {
     most
 }
 
-/// Velocities stand half a substep before positions: the energy that is told is off by up to m g v h/2, of a drop of a
-/// meter 0.5 % of what fell, whatever fell.
+/// Velocities are half a substep ahead of positions. The reported energy has an error of up to m g
+/// v h/2: for a drop of a meter 0.5 % of the fallen energy.
 #[test]
 fn a_heavy_weight_on_a_light_chain_makes_no_energy() {
     for at in SCALES {
@@ -92,7 +92,7 @@ fn a_heavy_weight_on_a_light_chain_makes_no_energy() {
     }
 }
 
-/// A top on four legs that are fixed to it.
+/// A table top with four legs that are fixed to it.
 fn table(mass: f32, leg: f32, angle: f32, (hertz, size): (f32, f32)) {
     let mut world = slope(angle);
     let volume = size * size * size;
@@ -115,7 +115,8 @@ fn table(mass: f32, leg: f32, angle: f32, (hertz, size): (f32, f32)) {
     );
 }
 
-/// Five seconds, from the third one on in one place, and asleep at the end; times of what is larger than a meter grow as its root.
+/// Runs five seconds: in place from the third second on, and asleep at the end. Times for bodies
+/// larger than a meter grow as the root of their size.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "hundreds")]
 fn rests(world: &mut World, body: BodyId, (hertz, size): (f32, f32), what: &str) {
     let mut place = Vec3::ZERO;
@@ -127,7 +128,7 @@ fn rests(world: &mut World, body: BodyId, (hertz, size): (f32, f32), what: &str)
         }
     }
     let body = world.body(body).unwrap();
-    // What a joint settles within a millimeter of a meter is its softness.
+    // A joint's compliance may settle by a millimeter per meter.
     assert!((body.position() - place).length() < 1.0e-3 * size, "{what} wanders");
     assert!(body.is_asleep(), "{what} is awake");
 }
@@ -142,7 +143,7 @@ fn a_table_stands_on_its_legs_whatever_they_weigh() {
     }
 }
 
-/// A car of a ton with its brakes locked.
+/// A car of a ton with locked brakes.
 fn car(wheel: f32, springs: bool, angle: f32, (hertz, size): (f32, f32)) {
     let mut world = slope(angle);
     let mass = size * size * size;
@@ -190,7 +191,7 @@ fn a_car_with_its_brakes_locked_stays_where_it_is() {
     }
 }
 
-/// Pairs on a hinge, let go at random above the ground.
+/// Pairs on a hinge, released at random above the ground.
 #[test]
 fn a_pair_on_a_hinge_that_hits_the_ground_gains_no_energy() {
     let mut state = 99_u64;
@@ -224,14 +225,15 @@ fn a_pair_on_a_hinge_that_hits_the_ground_gains_no_energy() {
         let start = energy(&world);
         for _ in 0..120 {
             world.step(1.0 / 60.0);
-            // What is told is off by half a substep, m g v h/2: of what falls by its size from 8 m/s less than 2 %.
+            // The reported energy has an error of half a substep, m g v h/2: less than 2 % for a
+            // fall by its size at 8 m/s.
             assert!(energy(&world) < 1.05 * start, "drop {drop}: {} of {start}", energy(&world));
         }
     }
 }
 
-/// What closes a gap moves no faster than 3 m/s and by half in a tenth of a second, 13 m/s at most, in the frame of the pair's center;
-/// and it falls by 3 m besides.
+/// A gap closes at no more than 3 m/s and by half in a tenth of a second, 13 m/s at most, in the
+/// frame of the pair's center. The pair also falls by 3 m.
 #[test]
 fn a_joint_made_far_off_closes_at_a_bounded_speed_with_bounded_power() {
     for gap in [0.5, 2.0, 10.0, 100.0, 1000.0] {
@@ -266,7 +268,7 @@ fn a_joint_made_far_off_closes_at_a_bounded_speed_with_bounded_power() {
     }
 }
 
-/// What a person of ten parts lies on.
+/// Ground of a ragdoll of ten parts.
 #[derive(Clone, Copy, Debug)]
 enum Ground {
     Plane,
@@ -290,7 +292,7 @@ fn add_ground(world: &mut World, ground: Ground, size: f32) {
     world.add_body(def.with_shape(shape.with_friction(1.0))).unwrap();
 }
 
-/// A person of ten parts, upright at a height; its joints rub a little.
+/// Adds a ragdoll of ten parts, upright at a height, with slight joint friction.
 fn add_person(world: &mut World, up: f32, size: f32) -> Vec<BodyId> {
     let mut all = Vec::new();
     let mut add = |x: f32, y: f32, shape: ShapeDef| {
@@ -317,7 +319,7 @@ fn add_person(world: &mut World, up: f32, size: f32) -> Vec<BodyId> {
     }
     for (a, b, [x, y]) in joints {
         let mut axes = ConeTwist::of(JointAxis::limited(-0.5, 0.5), 0.9, 0.9).six_dof();
-        // A fortieth of the moment of an arm held out, 4 N m at one meter.
+        // A fortieth of the torque of a horizontal arm, 4 N m at 1 m.
         axes.angular.iter_mut().for_each(|axis| axis.friction = 0.1 * size.powi(4));
         let at = [x * size, (up + y) * size, 0.0];
         let down = Quat::from_arc(Vec3::X, -Vec3::Y);
@@ -327,7 +329,8 @@ fn add_person(world: &mut World, up: f32, size: f32) -> Vec<BodyId> {
     all
 }
 
-/// Where joints rub nothing swings for ever, and limbs that lie on limbs must not be shaken by their joints.
+/// Joints without friction would swing for ever, and joints must not shake limbs that lie on other
+/// limbs.
 #[test]
 fn people_that_fall_come_to_rest() {
     let variants = [
@@ -344,7 +347,7 @@ fn people_that_fall_come_to_rest() {
             let mut world = World::default();
             add_ground(&mut world, ground, size);
             let all = add_person(&mut world, up, size);
-            // Times of falls grow as the root of sizes.
+            // Durations of falls grow as the root of lengths.
             let mut left = 20.0 * hertz * size.sqrt().max(1.0);
             let asleep = |world: &World| all.iter().all(|id| world.body(*id).unwrap().is_asleep());
             while left > 0.0 && !asleep(&world) {
@@ -356,7 +359,8 @@ fn people_that_fall_come_to_rest() {
     }
 }
 
-/// A thread that is driven into its stop: a slide of 5 cm that a coupling moves with the turn, which a motor drives.
+/// A screw is driven into its stop: a slider of 5 cm that a coupling moves with the rotation, which
+/// a motor drives.
 #[test]
 fn a_motor_against_a_stop_makes_no_more_than_its_work() {
     for (hertz, size) in SCALES {
@@ -398,8 +402,8 @@ fn a_motor_against_a_stop_makes_no_more_than_its_work() {
         let start = energy(&world);
         for step in 0..240_u16 {
             world.step(1.0 / hertz);
-            // The motor's torque times the way at its speed of 1 rad/s, and what is told too late by half a substep of a fall:
-            // m g v h/2.
+            // The motor's torque times its displacement at 1 rad/s. The energy also lags by half a
+            // substep of a fall: m g v h/2.
             let seconds = f64::from(step + 1) / f64::from(hertz);
             let fall = 300.0 * size.powi(3) * 9.81 * 9.81 / (16.0 * hertz);
             let most = start + f64::from(torque + fall) * seconds;

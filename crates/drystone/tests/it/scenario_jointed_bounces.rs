@@ -1,4 +1,4 @@
-//! What bounces on joints: a blow takes energy from it, and a bounce gives back no more than it took.
+//! Bouncing bodies on joints: an impact takes energy, and a bounce returns no more than that.
 
 use drystone::method::Method;
 use drystone::{BodyDef, JointDef, JointKind, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
@@ -8,13 +8,13 @@ const DT: f32 = 1.0 / 60.0;
 /// A drop takes a second.
 const STEPS: u32 = 60;
 
-/// Two bricks on a ball joint at their ends, thrown on a floor.
+/// Two bricks with a ball joint at their ends, thrown onto a floor.
 fn thrown(method: &str, restitution: f32, way: f32) -> World {
     let method = Method::named(method).unwrap();
     let mut world = World::new(WorldConfig { method, ..WorldConfig::default() }).unwrap();
     let floor = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0).with_restitution(restitution);
     world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
-    // Turns that never come again: by the golden angle.
+    // Rotations that never repeat, by the golden angle.
     let turn = |k: f32| {
         let part = |share: f32| (share * k) % 1.0 - 0.5;
         let axis = vec3(part(0.37), part(0.61), part(0.83)).normalize_or(Vec3::X);
@@ -51,7 +51,7 @@ fn a_pair_on_a_joint_that_bounces_gains_no_energy() {
                     world.step(DT);
                     most = most.max(energy(&world));
                 }
-                // What joints hold and give back: up to a twentieth of the energy in a second.
+                // Energy stored in joints and returned: up to a twentieth of the total in a second.
                 assert!(
                     most < 1.05 * start,
                     "{method}, e = {restitution}, {way}: {start} J, then {most} J"

@@ -10,8 +10,8 @@ use drystone::{BodyDef, BodyId, JointDef, Quat, ShapeDef, Vec3, World, WorldConf
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Greatest height over the lowest place in the first and in the last three of `seconds` seconds, over
-/// that at the start, of a pendulum of 1 m let go at this angle.
+/// Maximum height above the lowest position in the first and in the last three of `seconds`
+/// seconds, relative to the initial height. The pendulum of 1 m starts at this angle.
 fn swing(method: Method, rod: bool, degrees: f32, seconds: u16) -> (f32, f32) {
     let mut world = World::new(WorldConfig { method, ..WorldConfig::default() }).unwrap();
     let post = world.add_body(BodyDef::fixed()).unwrap();
@@ -29,7 +29,7 @@ fn swing(method: Method, rod: bool, degrees: f32, seconds: u16) -> (f32, f32) {
     for step in 1..=60 * seconds {
         world.step(DT);
         let height = (1.0 + world.body(bob).unwrap().position().y) / (1.0 - c);
-        // Not the top that it is let go from.
+        // Excludes the initial maximum.
         if (60..240).contains(&step) {
             first = first.max(height);
         }
@@ -42,9 +42,10 @@ fn swing(method: Method, rod: bool, degrees: f32, seconds: u16) -> (f32, f32) {
 
 #[test]
 fn a_pendulum_comes_back_to_its_height() {
-    // To turn the warm start in each relax sweep, as once was done, is a force against the motion of
-    // g h θ' a sweep, and takes g h² of the height: 14 % in this minute at every angle with a sweep a
-    // step, 91 % with one a substep. What is left must be of a higher order: less than a tenth.
+    // Rotating the warm start in each relax sweep, as was tried once, acts as a force of g h θ' per
+    // sweep against the motion. It takes g h² of the height: 14 % in this minute at every angle
+    // with a sweep per step, 91 % with one per substep. The remaining loss must be of higher order:
+    // less than a tenth.
     for (method, substeps, sweeps) in
         [(Method::soft_step(), 8.0, 1), (Method::soft_step_relax(), 4.0, 4)]
     {
@@ -56,7 +57,7 @@ fn a_pendulum_comes_back_to_its_height() {
                 let (first, last) = swing(method.clone(), rod, degrees, 60);
                 println!("{} rod {rod} {degrees}°: {first} {last}", method.name());
                 assert!(last > first - most, "{degrees}° rod {rod}: {first} {last}");
-                // The path is the same each time: a turning point seen at steps hides (ω₀ dt/2)².
+                // The path repeats: a turning point sampled at steps is off by (ω₀ dt/2)².
                 assert!(last < 1.0 + 7.0e-4, "{degrees}° rod {rod}: {first} {last}");
             }
         }
@@ -65,8 +66,8 @@ fn a_pendulum_comes_back_to_its_height() {
 
 const LINK: f32 = 0.2;
 
-/// A post, links of 1 kg along `way` from the origin, each on a ball joint to the one before, and the
-/// last joint's world point.
+/// Adds links of 1 kg along `way` from the origin, each on a ball joint to the previous one,
+/// starting at the post.
 fn add_chain(world: &mut World, post: BodyId, links: u16, way: Vec3) -> Vec<BodyId> {
     let mut all = vec![post];
     let turn = Quat::from_axis_angle(vec3(-way.y, way.x, 0.0), -core::f32::consts::FRAC_PI_2);
@@ -86,8 +87,8 @@ fn add_chain(world: &mut World, post: BodyId, links: u16, way: Vec3) -> Vec<Body
 
 #[test]
 fn a_fast_top_goes_round_at_the_rate_of_its_equation() {
-    // A disc of 10 cm radius, its center 10 cm from the joint, at 300 rad/s: across cos(t) p² - axial spin p +
-    // g arm = 0, per kilogram; the slow root. A substep turns it by 36°.
+    // A disc of 10 cm radius, its center 10 cm from the joint, at 300 rad/s. Per kilogram, the slow
+    // root of across cos(t) p² - axial spin p + g arm = 0. A substep rotates it by 36°.
     let (radius, height, arm, spin) = (0.1_f32, 0.02_f32, 0.1_f32, 300.0_f32);
     for degrees in [20.0_f32, 70.0] {
         let (s, c) = trig::sin_cos(degrees.to_radians());
@@ -113,7 +114,7 @@ fn a_fast_top_goes_round_at_the_rate_of_its_equation() {
             let now = trig::atan2(-axis.z, axis.x);
             turned += now - last;
             last = now;
-            // It neither rises nor falls: by nutation alone, of which its start has little.
+            // It neither rises nor falls, except for nutation, which is small with this start.
             assert!((axis.y - c).abs() < 1.0e-4, "{degrees}°: {}", axis.y - c);
         }
         assert!((turned / (2.0 * rate) - 1.0).abs() < 1.0e-3, "{degrees}°: {turned}");
@@ -130,7 +131,8 @@ fn join(world: &mut World, a: BodyId, b: BodyId, at: Vec3) {
     world.add_joint(JointDef::new(a, b, Ball::new()).with_anchors(from, to)).unwrap();
 }
 
-/// A chain with a heavy ball at its end, let go at an angle from the vertical, and the ball.
+/// A chain with a heavy ball at its end, released at an angle from the vertical; also returns the
+/// ball.
 fn heavy_chain(config: WorldConfig, links: u16, mass: f32, degrees: f32) -> (World, BodyId) {
     let mut world = World::new(config).unwrap();
     let post = world.add_body(BodyDef::fixed()).unwrap();
@@ -147,7 +149,7 @@ fn heavy_chain(config: WorldConfig, links: u16, mass: f32, degrees: f32) -> (Wor
     (world, ball)
 }
 
-/// The greatest distance of the ball's anchor from the origin in these steps.
+/// Maximum distance of the ball's anchor from the origin in these steps.
 fn reach(world: &mut World, ball: BodyId, steps: u16) -> f32 {
     let anchor = world.body(ball).unwrap();
     let anchor = anchor.position().normalize_or(Vec3::Y) * -0.3;
@@ -164,14 +166,14 @@ fn a_light_chain_keeps_its_length_under_a_heavy_ball() {
         let (mut world, ball) = heavy_chain(WorldConfig::default(), links, 1000.0, 0.0);
         let way = LINK * f32::from(links);
         let stretch = reach(&mut world, ball, 300) - way;
-        // A joint gives by the weight over the stiffness of a spring on all the mass, g/(2π f)² with f of a
-        // quarter of the substep's rate: 17 µm. Half as much again, for the ball is let go at once; and
-        // the rounding of a place this far off.
+        // A joint yields by the weight over the stiffness of a spring on the whole mass: g/(2π f)²,
+        // with f a quarter of the substep rate, 17 µm. Half as much again, because the ball is
+        // released suddenly, and the rounding of a position this far away.
         let omega = 2.0 * core::f32::consts::PI * 0.25 * 480.0;
         let give = f32::from(links + 1) * 9.81 / (omega * omega);
         assert!(stretch < 1.5 * give + 4.0e-7 * way, "{links}: {stretch}, give {give}");
     }
-    // Joint by joint it is many times as long within seconds.
+    // Solved joint by joint it is many times as long within seconds.
     let mut config = WorldConfig::default();
     config.joint.tree_ratio = 1.0e9;
     let (mut world, ball) = heavy_chain(config, 16, 1000.0, 0.0);
@@ -180,18 +182,18 @@ fn a_light_chain_keeps_its_length_under_a_heavy_ball() {
 
 #[test]
 fn a_chain_swings_whole_and_keeps_its_energy_at_any_ratio() {
-    // Links under 10,000 times their weight would swing at 1200 and more a second, faster than substeps
-    // of 1/480 s can follow: without geometric stiffness the chain flies apart.
+    // Links under 10,000 times their weight would swing at 1200 rad/s and more, too fast for
+    // substeps of 1/480 s. Without geometric stiffness the chain flies apart.
     for mass in [1.0e3, 1.0e4, 1.0e5] {
         let (mut world, ball) = heavy_chain(WorldConfig::default(), 16, mass, 60.0);
         let before = world.audit().energy.total();
         let way = 16.0 * LINK;
         let most = reach(&mut world, ball, 600);
-        // At the lowest place the pull is twice the weight; half as much again as there.
+        // At the lowest position the force is twice the weight; half as much again as there.
         let give = 2.0 * 17.0 * 17.3e-6;
         assert!(most < way + 1.5 * give, "{mass}: {most}");
         let gain = (world.audit().energy.total() - before) / f64::from(mass * 9.81 * way * 0.5);
-        // As a pendulum: what stands half a substep apart, g h θ' of it, is 1 %.
+        // As for a pendulum: the offset of half a substep, g h θ', is 1 %.
         assert!(gain.abs() < 0.01, "{mass}: {gain}");
     }
 }
@@ -219,10 +221,10 @@ fn a_chain_too_short_for_its_posts_stays_whole() {
             }
         }
         println!("{miss}: {energies:?}");
-        // Nothing damps a taut string in empty space, and nothing may feed it. (At a third more than its
-        // length it whirls, yet holds.)
+        // No damping acts on a taut string in empty space, and nothing may add energy. (At a third
+        // more than its length it whirls, but holds.)
         assert!(miss > 1.0 || energies[9] < 0.5 * energies[0], "{miss}: {energies:?}");
-        // They share what is missing: no joint has all of it.
+        // The joints share the gap: no joint has all of it.
         let most = world.joints().map(|joint| joint.error()).fold(0.0, f32::max);
         assert!(most < 0.5 * miss, "{miss}: {most}");
     }
@@ -230,8 +232,8 @@ fn a_chain_too_short_for_its_posts_stays_whole() {
 
 #[test]
 fn two_balls_on_a_rod_at_the_skin_of_one_keep_their_momentum() {
-    // The rod pulls past the middle of the first ball, which it turns: what the second one loses of its turn about both, the first must
-    // gain of its own.
+    // The rod's force passes beside the middle of the first ball, and rotates it. The first ball
+    // must gain the angular momentum that the second loses about both.
     let mut world =
         World::new(WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() }).unwrap();
     let mut ball = |x: f32, v: Vec3| {
@@ -258,7 +260,7 @@ fn two_balls_on_a_rod_at_the_skin_of_one_keep_their_momentum() {
     let after = world.audit();
     let p = (after.momentum.linear - before.momentum.linear).length();
     let l = (after.momentum.about_center - before.momentum.about_center).length();
-    // 1 N s and 1 N m s, rounded at each of 4800 substeps, all to one side.
+    // 1 N s and 1 N m s, rounded in each of 4800 substeps, all with the same sign.
     let part = 4800.0 * 6.0e-8;
     assert!(p < part && l < part, "{p} {l}");
     // The first ball has 0.1 kg m², and all of them 0.5 J.
@@ -267,7 +269,7 @@ fn two_balls_on_a_rod_at_the_skin_of_one_keep_their_momentum() {
 
 #[test]
 fn a_flying_chain_keeps_its_momentum() {
-    // Two balls of 100 kg, 2.2 m apart on ten links, turn about their middle in empty space.
+    // Two balls of 100 kg, 2.2 m apart on ten links, rotate about their middle in empty space.
     let mut world =
         World::new(WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() }).unwrap();
     let mut ball = |x: f32| {
@@ -293,11 +295,11 @@ fn a_flying_chain_keeps_its_momentum() {
         world.step(DT);
     }
     let after = world.audit();
-    // Rounding at each of 4800 substeps, all to one side.
+    // Rounding in each of 4800 substeps, all with the same sign.
     let part = 4800.0 * 6.0e-8;
     let p = (after.momentum.linear - before.momentum.linear).length();
     assert!(p < part * 210.0 * 0.3, "{p}");
-    // And what the geometric stiffness holds back: h² F L for each link.
+    // Also the error of geometric stiffness: h² F L for each link.
     let l = (after.momentum.about_center - before.momentum.about_center).length();
     let pull = 100.0 * 1.1 * 4.0;
     let held = 10.0 * pull * LINK * 2.0 / (480.0 * 480.0);
@@ -316,7 +318,7 @@ fn trees_are_the_same_for_all_threads_and_widths() {
         world
             .add_body(BodyDef::fixed().with_position([0.0, -5.0, 0.0]).with_shape(ground))
             .unwrap();
-        // Each ball lies on the ground or hits the next chain's.
+        // Each ball lies on the ground or hits the next chain's ball.
         for i in 0..24_u16 {
             let at = vec3(0.35 * f32::from(i), 0.0, 0.0);
             let post = world.add_body(BodyDef::fixed().with_position(at)).unwrap();
@@ -368,15 +370,15 @@ fn joints_of_bodies_that_were_put_aside_hurt_nobody() {
         faults += world.events().faults.len();
     }
     assert!(faults >= 2, "{faults}");
-    // A new one between them acts on no body that moves.
+    // A new one between them acts on no dynamic body.
     let (a, b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
     world.add_joint(JointDef::new(ids[0], ids[1], Ball::new()).with_anchors(a, b)).unwrap();
     world.step(1.0 / 60.0);
     assert!(ids.iter().all(|id| world.body(*id).unwrap().position().is_finite()));
 }
 
-/// Two balls of 1 kg, one above the other on a joint, that come down at 20 m/s so far into a step: how far the joint opens [m] and how fast the
-/// upper one leaves the floor [m/s].
+/// Two balls of 1 kg, one above the other on a joint, land at 20 m/s at this fraction of a step.
+/// Returns the gap of the joint [m] and the speed at which the upper ball leaves the floor [m/s].
 fn drop_on_a_joint(rod: bool, part_of_step: f32) -> (f32, f32) {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world = World::new(config).unwrap();
@@ -407,16 +409,18 @@ fn a_joint_that_a_floor_opened_does_not_throw() {
     for rod in [false, true] {
         let (opened, thrown) = drop_on_a_joint(rod, 3.0 / 8.0);
         let (kept, left) = drop_on_a_joint(rod, 2.0 / 8.0);
-        // The floor stops the lower ball on its way, past which the upper one goes on to the end of the step: 5/8 of it. That lower ball
-        // is stopped a twentieth of its radius deep.
+        // The floor stops the lower ball, while the upper one moves past until the end of the step:
+        // 5/8 of it. The lower ball stops at a depth of a twentieth of its radius.
         assert!((opened - 20.0 * DT * 5.0 / 8.0).abs() < 0.01, "{opened}");
         assert!(kept < 0.01, "{kept}");
-        // It closes no faster than at 3 m/s and by half in a tenth of a second. (Without a limit: 17 m/s.)
+        // It closes at no more than 3 m/s and by half in a tenth of a second. (Without a limit: 17
+        // m/s.)
         assert!(thrown < left + 3.0 + 7.0 * opened, "{thrown}, {left}");
     }
 }
 
-/// Damping takes from what gravity adds in a substep, and the joint acts after it: `1 / (1 + c h)` of the weight is left in its force.
+/// Damping reduces the speed that gravity adds in a substep, and the joint acts after it: `1 / (1 +
+/// c h)` of the weight remains in its force.
 #[test]
 fn the_force_on_a_damped_load_is_its_weight_but_for_what_damping_takes() {
     for damping in [0.0_f32, 10.0, 40.0] {
@@ -431,7 +435,7 @@ fn the_force_on_a_damped_load_is_its_weight_but_for_what_damping_takes() {
         }
         let left = 1.0 / (1.0 + damping * DT / 8.0);
         let part = world.joint(rod).unwrap().force().y / (3.0 * 9.81);
-        // What a joint at rest is promised to tell: 0.1 %. At 10/s damping takes 2 %.
+        // The promised accuracy of a joint's force at rest: 0.1 %. At 10/s damping takes 2 %.
         assert!((part - left).abs() < 1.0e-3, "{part} of the weight, {left} expected");
     }
 }

@@ -1,5 +1,6 @@
-//! A world in another unit of length is the same world: all lengths times a power of two, which is exact in floating point, give
-//! the same motion times that, bit for bit. A tolerance inside that does not follow would show.
+//! A world in another unit of length is the same world. Lengths scaled by a power of two, which is
+//! exact in floating point, give the same motion times that factor, bit for bit. An internal
+//! tolerance that does not scale would change the bits.
 
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ use drystone::{
 
 const DT: f32 = 1.0 / 60.0;
 
-/// A world whose lengths are so many times those that its scene is written in.
+/// A world whose lengths are scaled from those of its scene.
 struct Scaled {
     world: World,
     s: f32,
@@ -42,7 +43,7 @@ impl Scaled {
         ShapeDef::sphere(r * self.s)
     }
 
-    /// Masses are those of the scene.
+    /// Adds a body with the mass of the scene.
     fn add(&mut self, body: BodyDef, shape: ShapeDef) -> BodyId {
         let shape = ShapeDef { density: shape.density / self.s.powi(3), ..shape };
         self.world.add_body(body.with_shape(shape)).unwrap()
@@ -59,7 +60,7 @@ impl Scaled {
         self.world.add_joint(def).unwrap();
     }
 
-    /// Everything that moves, in the scene's lengths: of bodies and particles.
+    /// State of all moving bodies and particles, in the scene's lengths.
     fn state(&self) -> Vec<[Vec3; 4]> {
         let back = 1.0 / self.s;
         let bodies = self.world.bodies().map(|body| {
@@ -70,7 +71,7 @@ impl Scaled {
         let particles = self.world.particles().map(|particle| {
             [particle.position() * back, particle.velocity() * back, Vec3::ZERO, Vec3::ZERO]
         });
-        // What is no normal number any more has fewer digits, which depend on the unit.
+        // Subnormal numbers have fewer digits, depending on the unit.
         let part = |x: f32| if x.abs() < 1.0e-30 { 0.0 } else { x };
         let normal = |v: Vec3| vec3(part(v.x), part(v.y), part(v.z));
         bodies.chain(particles).map(|all| all.map(normal)).collect()
@@ -84,7 +85,7 @@ fn pile(w: &mut Scaled) {
     tumble(w, 0.3);
 }
 
-/// All kinds of convex shapes, one on the other.
+/// All kinds of convex shapes, stacked.
 fn tumble(w: &mut Scaled, above: f32) {
     let s = w.s;
     let tip = [[0.3, -0.2, 0.1], [-0.3, -0.2, 0.2], [0.0, -0.2, -0.3], [0.1, 0.4, 0.0]];
@@ -162,7 +163,7 @@ fn joints(w: &mut Scaled) {
             (before, anchor) = (next, 0.5 * x);
         }
     }
-    // A gear, and a wheel that drives.
+    // A gear, and a driven wheel.
     let axle = |w: &mut Scaled, at: Vec3| {
         let shape = w.ball(0.3);
         let body = w.add(BodyDef::dynamic().with_position(at * w.s), shape);
@@ -183,7 +184,7 @@ fn joints(w: &mut Scaled) {
     }
 }
 
-/// Limbs on cones that fall, and fast things that hit them.
+/// Limbs on cones that fall, and fast bodies that hit them.
 fn ragdolls(w: &mut Scaled) {
     w.floor();
     for k in 0..3_u8 {
@@ -216,7 +217,7 @@ fn ragdolls(w: &mut Scaled) {
     }
 }
 
-/// What flies fast, rolls, is carried, is seen, spins, is locked or has no shape.
+/// Bodies that fly fast, roll, are carried, are sensed, spin, are locked or have no shape.
 fn others(w: &mut Scaled) {
     w.floor();
     let at = w.at(5.0, 2.0, 0.0);

@@ -35,7 +35,7 @@ fn prism() -> Shape {
     Shape::Hull(Arc::new(Hull::from_points(&points).unwrap()))
 }
 
-/// Velocity and spin of a body after it slid for two seconds over `ground`.
+/// Velocity and spin of a body after it slid over `ground` for two seconds.
 fn slide(ground: Shape, body: Shape, friction: f32) -> (Vec3, Vec3) {
     let material = Material { friction, ..Material::default() };
     let mut world = World::default();
@@ -49,7 +49,8 @@ fn slide(ground: Shape, body: Shape, friction: f32) -> (Vec3, Vec3) {
     let id = world.add_body(def).unwrap();
     for _ in 0..120 {
         world.step(DT);
-        // Inner edges lift nothing: what a box does that falls by less than the rest offset, 5e-5 m.
+        // Inner edges do not lift the body: only the motion of a box that falls by less than the
+        // rest offset, 5e-5 m, remains.
         let v = world.body(id).unwrap().linear_velocity();
         assert!(v.y.abs() < 0.01, "{v:?}");
     }
@@ -73,7 +74,8 @@ fn friction_on_a_mesh_is_that_on_a_plane() {
         let plane = Shape::half_space([0.0, 1.0, 0.0], 0.0);
         let ((on_mesh, _), (on_plane, _)) =
             (slide(sheet(), body.clone(), 0.2), slide(plane, body, 0.2));
-        // v0 - mu g t, both; the box settles on its contacts within the first steps, by 1 % of g t.
+        // v0 - mu g t, for both; the box settles on its contacts within the first steps, by 1 % of
+        // g t.
         let speed = vec3(5.0, 0.0, 1.7).length() - 0.2 * 9.81 * 2.0;
         for v in [on_mesh, on_plane] {
             assert!((v.length() - speed).abs() < 0.04, "{on_mesh:?} {on_plane:?} {speed}");

@@ -1,4 +1,4 @@
-//! What the classic methods are known for, and that they fail where they are known to.
+//! Known properties of the classic methods, including their known failures.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use drystone::{
 
 const DT: f32 = 1.0 / 60.0;
 
-/// The methods that run over rows one by one: all but the default and its variants.
+/// The methods that process rows one by one: all except the default and its variants.
 fn classic() -> impl Iterator<Item = &'static str> {
     Method::NAMES.iter().copied().filter(|name| !name.starts_with("soft-step"))
 }
@@ -51,8 +51,8 @@ fn fastest(world: &World, bodies: &[BodyId]) -> f32 {
     bodies.iter().map(|b| world.body(*b).unwrap().linear_velocity().length()).fold(0.0, f32::max)
 }
 
-/// How far a cube of restitution 1 is after five seconds on a slope that it sticks to (tan 0.2, friction
-/// 0.6), and how fast it ever was.
+/// Displacement after five seconds of a cube of restitution 1 on a slope that it sticks to (tan
+/// 0.2, friction 0.6), and its maximum speed.
 fn bouncy_cube_on_a_slope(method: &str) -> (f32, f32) {
     let mut world = world_of(method, own());
     let rubber = Material { restitution: 1.0, friction: 0.6, ..Material::default() };
@@ -75,12 +75,12 @@ fn bouncy_cube_on_a_slope(method: &str) -> (f32, f32) {
 
 #[test]
 fn collisions_before_forces_hold_a_bouncy_cube_on_a_slope_and_update_then_collide_does_not() {
-    // No threshold of speed is set: restitution_speed is 0. What is left is rounding: single precision at
+    // No speed threshold is set: restitution_speed is 0. Only rounding remains: single precision at
     // a distance of 1 and velocities of g dt = 0.16.
     let (way, most) = bouncy_cube_on_a_slope("guendelman");
     assert!(way < 1.0e-3 && most < 1.0e-3, "moved {way}, {most} m/s");
     let (way, most) = bouncy_cube_on_a_slope("naive");
-    // It leaves the slope in every step by the velocity of one, and slides while it is in the air.
+    // It leaves the slope in every step at a step's velocity, and slides while it is in the air.
     assert!(way > 0.1 && most > 0.15, "moved {way}, {most} m/s");
 }
 
@@ -146,7 +146,7 @@ fn a_see_saw_tips_to_the_heavier_side_with_shock_propagation() {
             }
             (0..60).for_each(|_| world.step(DT));
             let tip = world.body(board).unwrap().rotation().rotate(vec3(side, 0.0, 0.0)).y;
-            // The board's end meets the ground at a sine of 0.3.
+            // The board's end touches the ground at a sine of 0.3.
             assert!(tip < -0.1, "{method} {shock:?}: {tip}");
         }
     }
@@ -163,8 +163,8 @@ impl WithPose for BodyDef {
     }
 }
 
-/// Fewest sweeps, on a scale of steps by half, with which ten cubes sink by no more than a millimeter in their
-/// third second.
+/// Minimum number of sweeps, in factors of two, with which ten cubes sink by no more than a
+/// millimeter in their third second.
 fn sweeps_for_a_millimeter(persistence: Persistence) -> u32 {
     let mut sweeps = 1;
     loop {
@@ -211,8 +211,8 @@ fn explicit_springs_diverge_beyond_their_limit_which_is_told_before_and_implicit
         }
         (warned, most, limit.longest_substep)
     };
-    // With a damping ratio of 1/2 the limit falls as one over the frequency squared at worst: a search for
-    // it by halves.
+    // With a damping ratio of 1/2 the limit is at worst inversely proportional to the square of the
+    // frequency; found by bisection.
     let h = DT / 4.0;
     let (mut stable, mut beyond) = (1.0_f32, 1000.0_f32);
     for _ in 0..12 {
@@ -221,8 +221,8 @@ fn explicit_springs_diverge_beyond_their_limit_which_is_told_before_and_implicit
         assert!(!warned);
         if longest > h { stable = middle } else { beyond = middle }
     }
-    // A column that rests, and one that is thrown about for ever; as it leaves its springs at the top of each
-    // hop, its speed stays finite, but above that of a fall of a step.
+    // A column at rest, and one that is thrown about for ever. It leaves its springs at the top of
+    // each hop, so its speed stays finite, but exceeds that of a step's fall.
     let (warned, most, _) = run("penalty", 0.9 * stable);
     assert!(!warned && most < 1.0e-3, "{most} m/s at {stable} Hz");
     let (warned, most, _) = run("penalty", 4.0 * beyond);
@@ -241,7 +241,7 @@ fn a_cube_at_rest_stays_with_every_method_but_the_naive_one() {
         (0..300).for_each(|_| world.step(DT));
         let at = world.body(cubes[0]).unwrap().position();
         let off = (at - vec3(0.0, 0.5, 0.0)).length();
-        // Springs give by g/ω² = 0.28 mm.
+        // Springs yield by g/ω² = 0.28 mm.
         assert!(off < 1.0e-3 || method == "naive", "{method}: {off} m off");
     }
 }
@@ -263,9 +263,10 @@ fn gears_share_their_spin_in_every_method() {
         });
         world.add_coupling(CouplingDef::gear(hinges[0], hinges[1], -2.0)).unwrap();
         (0..60).for_each(|_| world.step(DT));
-        // I (w_a + r w_b) is kept, and w_b = r w_a: w_a = 10/(1 + r²). Nothing else acts about the axes. Angles up to 4
-        // rad are known to 2.4e-7 each, three of them in what is amiss, of which a fifth is taken out in a substep, at
-        // most 960 a second: 1.4e-4 rad/s. They go beyond half a turn, where an angle that forgets its turns jumps.
+        // I (w_a + r w_b) is conserved, and w_b = r w_a: w_a = 10/(1 + r²). No other torque acts
+        // about the axes. Angles up to 4 rad are accurate to 2.4e-7 each, three of them in the
+        // error. A substep removes a fifth of the error, at most 960 times a second: 1.4e-4 rad/s.
+        // Angles exceed half a turn, where an angle without a count of turns jumps.
         for (joint, exact) in hinges.into_iter().zip([2.0, -4.0]) {
             let wheel = world.joint(joint).unwrap().body_b();
             let spin = world.body(wheel).unwrap().angular_velocity().z;
@@ -287,8 +288,8 @@ fn two_loads_on_a_pulley_fall_as_their_masses_say_in_every_method() {
         let def = JointDef::new(loads[0], loads[1], rope).with_anchors(anchor, anchor);
         let joint = world.add_joint(def).unwrap();
         (0..30).for_each(|_| world.step(DT));
-        // a = g (m_a - m_b)/(m_a + m_b). Methods that find forces before they act are behind by those of one
-        // substep, of a step at most: g h each, and a fifth of the error is mended in each substep.
+        // a = g (m_a - m_b)/(m_a + m_b). Methods that compute forces before they act lag by one
+        // substep, at most a step: g h each. Each substep corrects a fifth of the error.
         let exact = 0.5 * 9.81 / 3.0;
         let late = 9.81 * DT;
         for (load, exact) in loads.into_iter().zip([-exact, exact]) {
@@ -300,7 +301,7 @@ fn two_loads_on_a_pulley_fall_as_their_masses_say_in_every_method() {
     }
 }
 
-/// Scenes of the analytic method's test, with the number of points at rest that they are about.
+/// Scenes of the analytic method's test, with their number of contact points at rest.
 fn fill_analytic(world: &mut World, scene: &str) {
     column(world, 0);
     let block = |world: &mut World, at: Vec3, half: [f32; 3], density: f32| {
@@ -327,7 +328,7 @@ fn fill_analytic(world: &mut World, scene: &str) {
                 block(world, vec3(0.0, 0.5 + i as f32, 0.0), [0.5; 3], density);
             }
         }
-        // They fall on each other, slide and tumble.
+        // Bodies that fall on each other, slide and tumble.
         "pile" | "other pile" => {
             for i in 0..25 {
                 let k = if scene == "pile" { i } else { i + 7 };
@@ -342,7 +343,7 @@ fn fill_analytic(world: &mut World, scene: &str) {
     }
 }
 
-/// Of 300 steps, of 120 where all is at rest: greatest number of points, and greatest residual.
+/// Maximum number of points and maximum residual in 300 steps, or in 120 where all is at rest.
 fn analytic_run(scene: &str) -> (usize, f64) {
     let mut world = world_of("analytic", own());
     fill_analytic(&mut world, scene);
@@ -376,11 +377,11 @@ fn the_analytic_method_carries_a_column_in_its_first_step_and_says_when_a_scene_
     let ground = world.contacts().next().unwrap();
     let impulse: f32 = ground.points().map(|p| p.impulse).sum();
     let weight = 10.0 * 1000.0 * 9.81 * DT;
-    // The tolerance, of the speed that gravity makes: each cube may be off by that, ten of them.
+    // The tolerance relative to the speed that gravity adds; each of ten cubes may have that error.
     assert!((impulse / weight - 1.0).abs() < 1.0e-5, "{impulse} of {weight} N s");
     let mut world = world_of("analytic", own());
     column(&mut world, 0);
-    // A block of 1,000 cubes side by side that all touch.
+    // A block of 1,000 touching cubes side by side.
     for i in 0..1000 {
         let at = vec3((i % 10) as f32, 0.5 + (i / 100) as f32, (i / 10 % 10) as f32);
         cube(&mut world, at, Material::default());
@@ -415,7 +416,7 @@ fn every_method_gives_the_same_bits_for_any_workers_and_lanes() {
         let first = run(1, levels[0]);
         for (i, level) in levels.iter().enumerate() {
             for threads in [1, 2, 4] {
-                // One worker at the first level is what all are compared with.
+                // All runs are compared with that of one worker at the first level.
                 if i > 0 || threads > 1 {
                     assert_eq!(
                         run(threads, *level),

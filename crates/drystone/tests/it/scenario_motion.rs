@@ -13,7 +13,7 @@ fn a_thrown_body_follows_its_parabola_exactly() {
     for _ in 0..120 {
         world.step(DT);
     }
-    // Exact but for rounding: 120 additions at up to 6 m, half an ulp (2.4e-7) each.
+    // Exact up to rounding: 120 additions at up to 6 m, half an ulp (2.4e-7) each.
     let t = 2.0;
     let expected = vec3(3.0 * t, 10.0 * t - 0.5 * 9.81 * t * t, -2.0 * t);
     let error = (world.body(id).unwrap().position() - expected).length();
@@ -46,14 +46,16 @@ fn a_tumbling_body_keeps_its_angular_momentum_and_energy() {
             side = -side;
         }
     }
-    // The splitting keeps L; w and q are rounded to f32 once a step: sqrt(1200) * 6e-8 * a few.
+    // The splitting conserves L; w and q are rounded to f32 once per step: sqrt(1200) * 6e-8 * a
+    // few.
     let drift = (momentum(&world) - l0).length() / l0.length();
     assert!(drift < 1e-5, "{drift}");
     // Energy oscillates by (ω h)² = 4e-4 and does not drift.
     assert!((world.kinetic_energy() / e0 - 1.0).abs() < 4e-4);
-    // The axis flips at K/p = 1.0377 s and every 2K/p = 2.07546 s (elliptic integral K). Seen at the end of
-    // a step, 17 ms; the splitting's period is off by (ω h)² of itself, 8 ms in 20 s;
-    // f32 rounding of the energy by 1e-6 shifts a flip by 1.5 ms, 5 ms at random over ten.
+    // The axis flips at K/p = 1.0377 s and every 2K/p = 2.07546 s (elliptic integral K). Flips are
+    // detected at the end of a step, 17 ms. The relative error of the splitting's period is (ω h)²,
+    // 8 ms in 20 s. f32 rounding of the energy by 1e-6 shifts a flip by 1.5 ms, 5 ms at random over
+    // ten.
     assert_eq!(flips.len(), 10, "{flips:?}");
     for (k, flip) in (0_u8..).zip(&flips) {
         let exact = 1.0377 + 2.07546 * f32::from(k);
@@ -76,7 +78,8 @@ fn a_symmetric_top_follows_its_closed_form_however_fast_it_spins() {
         for _ in 0..steps {
             world.step(DT);
         }
-        // Moments a, a, c: the body turns by L/a about its momentum and by L_z (1/c - 1/a) about its axis.
+        // Moments a, a, c: the body rotates at L/a about its momentum and at L_z (1/c - 1/a) about
+        // its axis.
         let (l, t) = (vec3(w.x, 0.0, 2.0 * w.z), f32::from(steps) * DT);
         let about = Quat::from_axis_angle(l.try_normalize().unwrap(), l.length() * t);
         let own = Quat::from_axis_angle(Vec3::Z, l.z * (0.5 - 1.0) * t);
@@ -87,8 +90,8 @@ fn a_symmetric_top_follows_its_closed_form_however_fast_it_spins() {
             pairs.map(|(x, y)| (x - sign * y) * (x - sign * y)).sum::<f32>().sqrt()
         };
         let angle = 2.0 * chord(1.0).min(chord(-1.0));
-        // ω is rounded to f32 in every step, by 6e-8 of it at random: sqrt(600) of that, times the angle of
-        // 90 rad, is 1.3e-4, and the closed form's own angles are rounded to 4e-6.
+        // ω is rounded to f32 in every step, by 6e-8 of it at random. sqrt(600) of that, times the
+        // angle of 90 rad, is 1.3e-4. The closed form's own angles are rounded to 4e-6.
         assert!(angle < 3.0e-4, "{spin}: {angle}");
     }
 }
@@ -112,8 +115,8 @@ fn bodies_that_fly_side_by_side_collide_as_if_at_rest() {
     };
     for speed in [0.0, 20.0, 250.0] {
         let [left, right] = after(speed);
-        // Elastic, equal masses: they exchange velocities. At 250 m/s for 1.5 s positions are rounded
-        // to 3e-5 m, 2 mm/s of a step.
+        // Elastic, equal masses: they exchange velocities. At 250 m/s for 1.5 s positions are
+        // rounded to 3e-5 m, which is 2 mm/s in a step.
         assert!((left + 3.0).abs() < 0.02 && (right - 3.0).abs() < 0.02, "{speed}: {left} {right}");
     }
 }
@@ -140,7 +143,7 @@ fn a_ball_bounces_back_to_its_height_times_e_squared() {
                 }
             }
         }
-        // The apex falls between two steps: g dt²/8 = 0.3 mm; the impact is anywhere in its step.
+        // The apex lies between two steps: g dt²/8 = 0.3 mm; the impact is anywhere in its step.
         let expected = 2.0 * e * e;
         assert!((apex - expected).abs() < 0.02 * expected + 0.01, "e {e}: {apex} not {expected}");
     }
@@ -213,7 +216,7 @@ fn a_collision_keeps_momentum_whatever_the_masses() {
         );
         let total = 3.0 - ratio;
         let relative = 4.0;
-        // Elastic: the relative speed turns round, the total stays.
+        // Elastic: the relative velocity is reversed, the total momentum is constant.
         assert!((vb - va - relative).abs() < 1e-3 * relative, "{ratio}: {va} {vb}");
         assert!((va + ratio * vb - total).abs() < 1e-4 * (3.0 + ratio), "{ratio}: {va} {vb}");
     }
@@ -237,7 +240,7 @@ fn damping_decays_exponentially() {
 
 #[test]
 fn a_ring_around_a_peg_falls_as_if_nothing_were_there() {
-    // Its center of mass is in the peg all the time, and it is fast for its thickness.
+    // Its center of mass is inside the peg all the time, and it is fast for its thickness.
     let mut world = World::default();
     let peg = ShapeDef::capsule(4.0, 0.1);
     world.add_body(BodyDef::fixed().with_shape(peg)).unwrap();
@@ -257,8 +260,8 @@ fn a_ring_around_a_peg_falls_as_if_nothing_were_there() {
     }
 }
 
-/// Two balls of 10 cm fly by 0.15 m a step each, the first along x, the second from `from` against it; how far apart
-/// they are after that step, and the velocity of the second.
+/// Two balls of 10 cm move by 0.15 m per step, the first along x, the second from `from` in the
+/// opposite direction. Returns their distance after that step, and the velocity of the second.
 fn after_a_fast_step(from: Vec3) -> (f32, Vec3) {
     let mut world = World::default();
     world.set_gravity([0.0; 3]);
@@ -274,10 +277,11 @@ fn after_a_fast_step(from: Vec3) -> (f32, Vec3) {
 
 #[test]
 fn bodies_that_fly_at_each_other_are_stopped_at_their_surfaces() {
-    // Contacts are looked for as far as both sizes together.
+    // Contacts are detected up to the sum of both sizes.
     for gap in [0.001, 0.05, 0.09, 0.11, 0.15, 0.19] {
         let (apart, velocity) = after_a_fast_step(vec3(0.2 + gap, 0.0, 0.0));
-        // An overdamped contact of 30 Hz and ten times the critical damping gives in by v / 2ζω under a blow: 5 mm.
+        // An overdamped contact of 30 Hz and ten times the critical damping yields by v / 2ζω in an
+        // impact: 5 mm.
         let soft = 18.0 / (2.0 * 10.0 * core::f32::consts::TAU * 30.0);
         assert!(apart.abs() < soft, "{gap}: {apart}");
         assert!(velocity.x > -9.0, "{gap}: {velocity:?}");
@@ -286,7 +290,8 @@ fn bodies_that_fly_at_each_other_are_stopped_at_their_surfaces() {
 
 #[test]
 fn a_body_that_passes_another_is_not_deflected() {
-    // Farther aside than the size of one: nearer, something may push it there within the step.
+    // At a lateral distance of more than the size of one; at less, another body might push it into
+    // contact within the step.
     for aside in [0.301, 0.32, 0.35] {
         for ahead in [0.05, 0.1, 0.15, 0.2] {
             let (_, velocity) = after_a_fast_step(vec3(ahead, aside, 0.0));

@@ -1,4 +1,4 @@
-//! A mover is a character without a body: it keeps off what is solid, and goes where a person could walk.
+//! A mover is a character without a body: it stays off solid shapes, and walks like a person.
 
 use drystone::math::trig;
 use drystone::mover::{Moved, Mover};
@@ -26,7 +26,7 @@ fn floor() -> World {
     world
 }
 
-/// Walks for so many frames with gravity, as a program does: it falls where it does not stand.
+/// Walks for some frames with gravity, as a program does: it falls when it is not grounded.
 fn walk(world: &World, mover: &Mover, from: Vec3, step: Vec3, frames: u32) -> (Moved, f32) {
     let (mut moved, mut pose, mut fall, mut in_the_air) =
         (Moved::default(), Pose::at(from), 0.0, 0);
@@ -40,7 +40,7 @@ fn walk(world: &World, mover: &Mover, from: Vec3, step: Vec3, frames: u32) -> (M
     (moved, f32::from(in_the_air))
 }
 
-/// How far the mover's shape is from everything, at least [m].
+/// Minimum distance of the mover's shape from all other shapes [m].
 fn gap(world: &World, mover: &Mover, pose: Pose) -> f32 {
     let near = world.query().nearest_shape(mover.shape(), pose, 10.0, QueryFilter::default());
     near.unwrap().map_or(f32::INFINITY, |near| near.distance)
@@ -87,7 +87,7 @@ fn it_climbs_steps_up_to_the_limit_and_no_higher() {
                     "{kind} {height}: {at:?}"
                 );
             } else {
-                // A skin before the edge, at the height of the floor.
+                // A skin width before the edge, at the height of the floor.
                 assert!(
                     (at.x - 0.69).abs() < 2e-3 && (at.y - 0.81).abs() < 1e-3,
                     "{kind} {height}: {at:?}"
@@ -120,7 +120,7 @@ fn slopes_below_the_limit_hold_it_and_those_above_do_not() {
         fixed(&mut world, [0.0; 3], [50.0, 1.0, 50.0], degrees);
         let (sin, cos) = trig::sin_cos(f32::to_radians(degrees));
         let up = vec3(-sin, cos, 0.0);
-        // The lower center of the capsule is a radius and a skin off the face.
+        // The lower center of the capsule is a radius and a skin width off the face.
         let start = up * (1.0 + 0.3 + SKIN) + Vec3::Y * 0.5;
         let (stays, _) = walk(&world, &person(), start, Vec3::ZERO, 60);
         let slid = stays.pose.position - start;
@@ -128,13 +128,14 @@ fn slopes_below_the_limit_hold_it_and_those_above_do_not() {
         if holds {
             assert!(slid.length() < 1e-4, "{degrees}: {slid:?}");
         } else {
-            // A second of free fall along the slope at least, as what is lost at it is the fall across.
+            // It slides at least as far as a second of free fall along the slope, because only the
+            // fall across the slope is lost.
             assert!(slid.y < -1.0 && slid.x < 0.0, "{degrees}: {slid:?}");
         }
         let (walks, air) = walk(&world, &person(), start, vec3(0.03, 0.0, 0.0), 60);
         let way = walks.pose.position - start;
         if holds {
-            // As fast as on the level, along the slope.
+            // As fast along the slope as on level ground.
             assert!(
                 (way - vec3(cos, sin, 0.0) * 1.8).length() < 0.02 && air == 0.0,
                 "{degrees}: {way:?}"
@@ -170,7 +171,7 @@ fn downhill_it_stays_on_the_ground() {
 #[test]
 fn it_stops_in_corners_and_slides_along_walls() {
     for degrees in [20.0, 60.0, 90.0, 150.0] {
-        // Two walls that meet at x = 0, open towards -x, with this angle between them.
+        // Two walls that meet at x = 0 at this angle, open toward -x.
         let mut world = floor();
         for side in [-1.0, 1.0] {
             let turn = Quat::from_axis_angle(Vec3::Y, side * f32::to_radians(degrees / 2.0));
@@ -182,14 +183,14 @@ fn it_stops_in_corners_and_slides_along_walls() {
         let from = vec3(-5.0, 0.81, 0.01);
         let (moved, _) = walk(&world, &person(), from, vec3(0.05, 0.0, 0.005), 200);
         let (again, _) = walk(&world, &person(), moved.pose.position, vec3(0.05, 0.0, 0.005), 20);
-        // As deep as its radius allows, a skin or less short; and there it rests.
+        // As deep as its radius allows, less up to a skin width; it rests there.
         let depth = -0.3 / sin;
         let at = moved.pose.position;
         assert!(at.x <= depth && at.x > depth - 2.0 * SKIN / sin, "{degrees}: {at:?} {depth}");
         assert!((again.pose.position - at).length() < 1e-4, "{degrees}: trembles");
         assert!(moved.grounded && gap(&world, &person(), moved.pose) > 0.0);
     }
-    // A wall across at 45 degrees turns half of the way along it.
+    // A wall at 45 degrees deflects half of the displacement along it.
     let mut world = floor();
     let turn = Quat::from_axis_angle(Vec3::Y, 45_f32.to_radians());
     let wall = BodyDef::fixed().with_position([3.0, 0.0, 0.0]).with_rotation(turn);
@@ -213,7 +214,7 @@ fn a_ceiling_stops_a_jump_and_a_low_one_a_step() {
     fixed(&mut world, [2.0, -0.8, 0.0], [1.0, 1.0, 5.0], 0.0);
     fixed(&mut world, [2.0, 2.75, 0.0], [1.0, 1.0, 5.0], 0.0);
     let (moved, _) = walk(&world, &person(), vec3(0.0, 0.81, 0.0), vec3(0.03, 0.0, 0.0), 60);
-    // It gets its foot on the step, with its head under the edge.
+    // Its foot reaches the step, with its head under the edge.
     assert!(moved.pose.position.x < 0.8 && moved.grounded);
 }
 
@@ -288,7 +289,8 @@ fn the_size_of_the_world_does_not_matter() {
         }
         ends.push(pose.position * (1.0 / scale));
     }
-    // Up the step and a skin before the wall; along it the way is not shorter for that.
+    // Up the step to a skin width before the wall; the displacement along the wall is not
+    // shortened.
     assert!((ends[0].x - 3.69).abs() < 1e-3 && (ends[0].y - 1.06).abs() < 1e-3, "{ends:?}");
     assert!(ends[0].z >= 1.499);
     // Sums of 150 roundings.
@@ -336,7 +338,7 @@ fn a_one_way_surface_holds_from_above_only() {
     assert!((inside.unwrap().pose.position.y - 1.5).abs() < 1e-5);
 }
 
-/// A number from 0 to 1.
+/// A random number from 0 to 1.
 fn draw(seed: &mut u32) -> f32 {
     *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     (*seed >> 8) as f32 / 16_777_216.0
@@ -354,7 +356,7 @@ fn among_boxes_in_any_pose_it_never_gets_into_one() {
                 let at = vec3(10.0 * x - 5.0, 4.0 * y - 0.5, 10.0 * z - 5.0);
                 let turn = vec3(draw(&mut seed), draw(&mut seed), draw(&mut seed)) * 3.0;
                 let half = [0; 3].map(|_| 0.1 + 0.7 * draw(&mut seed));
-                // Room for the start.
+                // Keeps space for the start.
                 if vec3(at.x, 0.0, at.z).length() < 2.0 {
                     continue;
                 }
@@ -376,7 +378,7 @@ fn among_boxes_in_any_pose_it_never_gets_into_one() {
                 met += u32::from(!moved.hits.is_empty());
                 let near = gap(&world, &mover, pose);
                 assert!(near > 0.0, "{}: {near} at {:?} by {step:?}", shape.kind(), pose.position);
-                // A step, a snap and the ways out of the skin besides.
+                // Allows for a step, a snap and the exits from the skin.
                 assert!(way.length() < step.length() + 0.3 + 0.3 + 3.0 * SKIN, "{way:?}");
             }
         }
@@ -399,7 +401,7 @@ fn a_body_that_follows_rides_and_pushes_and_other_bodies_are_refused() {
     }
     let [hero_x, load_x] = [hero, load].map(|id| world.body(id).unwrap().position().x);
     assert!((load_x - hero_x - 0.7).abs() < 0.02, "{hero_x} {load_x}");
-    // A crate that the filter sees holds it.
+    // A crate that the filter includes blocks it.
     let before = world.body(hero).unwrap().position().x;
     let moved =
         mover.move_body(&mut world, hero, [6.0, 0.0, 0.0], dt, QueryFilter::default()).unwrap();
@@ -433,7 +435,7 @@ fn what_cannot_be_is_refused_and_nothing_panics() {
     assert!(go(person(), Pose::at([f32::NAN; 3]), Vec3::X).is_err());
     assert!(go(Mover::new(Shape::sphere(-1.0)), from, Vec3::X).is_err());
     assert!(go(Mover::new(Shape::half_space(Vec3::Y, 0.0)), from, Vec3::X).is_err());
-    // Numbers at the ends of their ranges.
+    // Numbers at the limits of their ranges.
     for slope in [0.0, core::f32::consts::FRAC_PI_2] {
         for size in [1e-6, 1e3] {
             let mover =

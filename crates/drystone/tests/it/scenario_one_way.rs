@@ -1,4 +1,4 @@
-//! Surfaces that hold what comes from one side only.
+//! One-way surfaces.
 
 use drystone::events::Senses;
 use drystone::{BodyDef, BodyId, Pose, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
@@ -7,7 +7,7 @@ use crate::floors::square;
 
 const G: f32 = 9.81;
 
-/// A world with a platform whose top is at y = 0 and whose front is above.
+/// A world with a platform whose top is at y = 0 and whose front faces up.
 fn platform(kind: &str, scale: f32) -> (World, BodyId) {
     let gravity = vec3(0.0, -G, 0.0) * scale;
     let mut world = World::new(WorldConfig { gravity, ..WorldConfig::default() }).unwrap();
@@ -41,7 +41,7 @@ fn what_jumps_through_from_below_lands_on_top() {
         .flat_map(|(k, s)| [30.0_f32, 60.0, 120.0].map(|r| (k, s, r)))
     {
         for (name, shape, half) in shapes(scale) {
-            // To 1 m above the top, then back.
+            // Up to 1 m above the top, then back.
             let (mut world, _) = platform(kind, scale);
             let start = -half - 0.5;
             let rise = half + 1.0 - start;
@@ -60,7 +60,7 @@ fn what_jumps_through_from_below_lands_on_top() {
                 top = top.max(world.body(id).unwrap().position().y / scale);
                 begins += world.events().contact_begin.len();
             }
-            // Free flight in steps of 1/8 of the rate: off by v h / 2 at most.
+            // Free flight in steps of 1/8 of the rate, with an error of at most v h / 2.
             let off = (top - half - 1.0).abs();
             assert!(off < speed / rate / 8.0, "{what}: it rose to {top} m");
             let at = world.body(id).unwrap().position().y / scale;
@@ -75,7 +75,7 @@ fn what_turns_back_inside_falls_out_below() {
     for kind in ["box", "kinematic"] {
         for (name, shape, half) in shapes(1.0) {
             let (mut world, _) = platform(kind, 1.0);
-            // Its middle comes to the middle of the plate.
+            // Its middle reaches the middle of the plate.
             let start = -half - 0.5;
             let speed = (2.0 * G * (-0.1 - start)).sqrt();
             let body = BodyDef::dynamic()
@@ -133,7 +133,7 @@ fn it_can_change_and_lives_in_snapshots() {
     }
     let mut again = World::restore(&world.snapshot()).unwrap();
     for world in [&mut world, &mut again] {
-        // The front is below: it falls through.
+        // The front faces down: it falls through.
         world.shape_mut(shape).unwrap().set_one_way(Some(-Vec3::Y)).unwrap();
         for _ in 0..120 {
             world.step(1.0 / 60.0);
@@ -186,7 +186,7 @@ fn sensors_see_static_shapes_and_each_other_if_they_are_to() {
     assert_eq!(enters(sensor(statics), sensor(none)), [0, 0]);
     assert_eq!(enters(sensor(both), sensor(none)), [1, 1]);
     assert_eq!(enters(sensor(both), sensor(both)), [2, 2], "each sees the other");
-    // Who moves sees static sensors without asking for static shapes.
+    // A moving visitor is reported by static sensors, without a request for static shapes.
     let mut world = World::default();
     let sensors = Senses { statics: false, sensors: true };
     let gate = BodyDef::fixed().with_shape(sensor(none));

@@ -1,4 +1,4 @@
-//! Another origin leaves no trace: the same world goes on around it.
+//! A shift of the origin has no effect: the same world continues around it.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use drystone::{BodyDef, BodyId, Clock, JointDef, Mesh, Shape, ShapeDef, Vec3, Wo
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Where the scene stands. Between 1024 m and 2048 m all places have a last digit of 2⁻¹³ m: what is moved there by a multiple of it
-/// and stays between them is not rounded, now or later.
+/// Position of the scene. Between 1024 m and 2048 m all coordinates have a last digit of 2⁻¹³ m. A
+/// shift by a multiple of that which stays in this range is never rounded.
 const FAR: Vec3 = Vec3::splat(1500.0);
 const ORIGIN: Vec3 = vec3(128.0, -64.0, 192.5);
 
@@ -20,7 +20,8 @@ fn add(world: &mut World, at: [f32; 3], body: BodyDef, shape: ShapeDef) -> BodyI
     world.add_body(body.with_position(FAR + Vec3::from(at)).with_shape(shape)).unwrap()
 }
 
-/// Things of all kinds: a pile on a mesh, people's joints, a pulley, a lift, a rope that holds a box, a sensor, fast balls.
+/// All kinds of objects: a pile on a mesh, ragdoll joints, a pulley, a lift, a rope that holds a
+/// box, a sensor, fast balls.
 fn scene() -> World {
     let mut world = World::default();
     let vertices = (0..49_u8).map(|i| {
@@ -85,7 +86,7 @@ fn scene() -> World {
     world
 }
 
-/// Everything that moves, told from `origin`: of bodies and particles.
+/// State of all moving bodies and particles, relative to `origin`.
 fn state(world: &World, origin: Vec3) -> Vec<[Vec3; 4]> {
     let bodies = world.bodies().map(|body| {
         let q = body.rotation();
@@ -125,7 +126,7 @@ fn a_world_goes_on_with_the_same_bits_around_another_origin() {
     }
 }
 
-/// A stack that stands at some odd place.
+/// A stack at an odd position.
 fn stack() -> (World, Vec<BodyId>) {
     let mut world = World::default();
     let at = vec3(3001.37, 20.13, -777.7);
@@ -148,7 +149,7 @@ fn what_stands_gets_no_jolt_by_rounding() {
     world.shift_origin(origin).unwrap();
     assert_eq!(world.contacts().count(), 8);
     for (id, before) in boxes.iter().zip(before) {
-        // Nearer to the origin there are more digits: the difference is exact.
+        // Nearer to the origin there are more digits, so the difference is exact.
         assert_eq!(world.body(*id).unwrap().position(), before - origin);
     }
     for _ in 0..60 {
@@ -157,7 +158,7 @@ fn what_stands_gets_no_jolt_by_rounding() {
         assert!(events.contact_begin.is_empty() && events.contact_end.is_empty());
         for id in &boxes {
             let speed = world.body(*id).unwrap().linear_velocity().length();
-            // Less than gravity gives in a substep.
+            // Less than the speed gravity adds in a substep.
             assert!(speed < 9.81 * DT / 8.0, "{speed} m/s");
         }
     }
@@ -201,7 +202,7 @@ fn pictures_between_two_steps_go_on() {
     let origin = vec3(1000.1, 1200.3, 4.7);
     clock.shift_origin(&mut world, origin).unwrap();
     let now = clock.pose(&world, ball).unwrap().position;
-    // To a rounding of 1200 m.
+    // Within a rounding of 1200 m.
     assert!((now + origin - drawn).length() < 2.0e-4, "{now:?} {drawn:?}");
     assert_ne!(now, world.body(ball).unwrap().position(), "it is drawn where it is");
 }
@@ -220,9 +221,9 @@ fn it_is_a_call_as_others_and_refuses_what_is_no_place() {
     assert_eq!(world.apply(&Call::ShiftOrigin(ORIGIN)), Ok(Answer::Done));
     other.shift_origin(ORIGIN).unwrap();
     assert_eq!(world.state_hash(), other.state_hash());
-    // To the ends of the world and back.
+    // To the limits of the world and back.
     for far in [1.0e7, -1.0e7] {
-        // Until something would be farther off than can be.
+        // Until an object would be out of range.
         let far = [far; 3];
         let times = (0..300).find(|_| {
             world.step(DT);

@@ -33,13 +33,13 @@ fn a_free_particle_falls_along_its_parabola() {
     }
     let t = 300.0 * f64::from(DT);
     let expected = 200.0 + 4.0 * t - 0.5 * f64::from(9.81_f32) * t * t;
-    // A rounding of 200 m in each step, 7.6e-6 m at most.
+    // A rounding at 200 m in each step, 7.6e-6 m at most.
     let error = (f64::from(at(&world, id).y) - expected).abs();
     assert!(error < 300.0 * 7.7e-6, "{error}");
     assert!((at(&world, id).x - (1.0 + 3.0 * 5.0)).abs() < 300.0 * 1.0e-6);
 }
 
-/// A plate, a ball and so on around the origin, with their heights there.
+/// A plate, a ball and other shapes around the origin, with their heights there.
 fn stones() -> Vec<(&'static str, Vec<ShapeDef>)> {
     let corners: Vec<Vec3> = (0..8)
         .map(|i| vec3(f32::from(i & 1 == 1), f32::from(i & 2 == 2), f32::from(i & 4 == 4)))
@@ -80,7 +80,7 @@ fn stones() -> Vec<(&'static str, Vec<ShapeDef>)> {
     ]
 }
 
-/// Dust over the origin.
+/// Dust above the origin.
 fn dust(world: &mut World, height: f32) -> Vec<ParticleId> {
     let grid = (0..400_u16).map(|i| {
         let (x, z) = (f32::from(i % 20), f32::from(i / 20));
@@ -105,8 +105,8 @@ fn dust_stays_outside_of_every_shape() {
             deepest = deepest.max(world.particle_penetration());
         }
         println!("{name}: {deepest}");
-        // What flies past an edge nearer than its radius is met only in the next step: the ball of a
-        // particle may enter for that long, its center never.
+        // A particle that flies past an edge nearer than its radius has contact only in the next
+        // step. Its ball may penetrate for that long, its center never.
         assert!(deepest < 0.01, "{name}: {deepest}");
         let left = world.particle_penetration();
         assert!(left < 1.0e-5, "{name}: {left}");
@@ -116,7 +116,7 @@ fn dust_stays_outside_of_every_shape() {
 
 #[test]
 fn fast_dust_does_not_pass_thin_walls() {
-    // 300 m/s is 5 m a step, through a sheet of 1 mm and a mesh without any thickness.
+    // 300 m/s is 5 m per step, through a sheet of 1 mm and a mesh without thickness.
     let square = vec![
         vec3(-5.0, 0.0, -5.0),
         vec3(5.0, 0.0, -5.0),
@@ -156,7 +156,7 @@ fn fast_dust_does_not_pass_thin_walls() {
 
 #[test]
 fn dust_slides_on_a_slope_exactly_if_it_is_steeper_than_friction() {
-    // A point has no spin to lose: down the slope it accelerates at g (sin - mu cos).
+    // A point has no spin: down the slope it accelerates at g (sin - mu cos).
     for (mu, tan) in [(0.5_f32, 0.4_f32), (0.5, 0.6), (0.2, 0.6)] {
         let mut world = World::default();
         let (c, s) = (1.0 / (1.0 + tan * tan).sqrt(), tan / (1.0 + tan * tan).sqrt());
@@ -195,11 +195,11 @@ fn dust_bounces_to_the_height_that_restitution_gives() {
             }
             bounced |= v > 0.0;
             if bounced {
-                // The height that it has yet to rise is known: the top of a step is not the top.
+                // Adds the remaining rise, because the top of a step is not the apex.
                 top = top.max(at(&world, id).y - 0.01 + v * v / (2.0 * 9.81));
             }
         }
-        // The bounce is placed within its step by the quadratic: only rounding is left.
+        // The bounce is placed within its step by a quadratic: only rounding remains.
         assert!((top - 2.0 * e * e).abs() < 1.0e-4, "{e}: {top}");
     }
 }
@@ -218,7 +218,7 @@ fn a_particle_that_hits_a_free_body_shares_its_momentum() {
         }
         let body = world.body(ball).unwrap().linear_velocity().x;
         let particle = velocity(&world, id).x;
-        // m v = 5 in all; after it the two part at e times the speed at which they met.
+        // m v = 5 in total; after the impact the two separate at e times their approach speed.
         assert!(
             (world.momentum() - vec3(5.0, 0.0, 0.0)).length() < 1.0e-5,
             "{:?}",
@@ -232,7 +232,7 @@ fn a_particle_that_hits_a_free_body_shares_its_momentum() {
 
 #[test]
 fn more_particles_than_there_are_colors_share_their_momentum_with_one_body() {
-    // 12 × 12 in one step, on a plate that may be hit by 63 in lanes.
+    // 12 × 12 in one step, on a plate that in lanes may get 63 impacts.
     let mut world = weightless();
     let plate = ShapeDef::box_half([1.0, 0.1, 1.0]).with_friction(0.0);
     let plate = world.add_body(BodyDef::dynamic().with_mass(2.0).with_shape(plate)).unwrap();
@@ -251,28 +251,28 @@ fn more_particles_than_there_are_colors_share_their_momentum_with_one_body() {
     }
     let body = world.body(plate).unwrap();
     let plate = body.linear_velocity().y;
-    // A rounding of each of 144 blows.
+    // A rounding of each of 144 impacts.
     assert!((world.momentum().y + 7.2).abs() < 144.0 * 7.2 * 6.0e-8, "{:?}", world.momentum());
-    // If all go on with the plate it has 7.2/3.44; if each hits once, one after the other, each takes 0.01/2.01 of
-    // what is left of the speed between them.
+    // If all move on with the plate it has 7.2/3.44. If each hits once, one after the other, each
+    // takes 0.01/2.01 of the remaining relative speed.
     let together = -7.2 / 3.44;
     let one_by_one = -5.0 * (1.0 - (2.0_f32 / 2.01).powi(144));
     assert!(one_by_one < plate && plate < together + 1.0e-4, "{one_by_one} {plate} {together}");
-    // Blows are symmetric: all together they turn it by less than the outermost alone would.
+    // Impacts are symmetric: together they rotate it by less than the outermost alone would.
     assert!(
         body.angular_velocity().length() < 0.05 * 0.825 / 0.67,
         "{:?}",
         body.angular_velocity()
     );
     for id in points {
-        // What touches does not go on into it.
+        // A touching particle does not penetrate further.
         assert!(velocity(&world, id).y > plate - 1.0e-3, "{}", velocity(&world, id).y);
     }
 }
 
 #[test]
 fn a_particle_that_hits_a_box_off_center_turns_it() {
-    // Momentum and angular momentum of the two together stay: nothing else is there.
+    // Total momentum and angular momentum are conserved: nothing else is there.
     let mut world = weightless();
     let plank = ShapeDef::box_half([1.0, 0.1, 0.1]);
     let plank = world.add_body(BodyDef::dynamic().with_mass(2.0).with_shape(plank)).unwrap();
@@ -285,8 +285,8 @@ fn a_particle_that_hits_a_box_off_center_turns_it() {
     let after = world.audit().momentum;
     assert!(world.body(plank).unwrap().angular_velocity().z < -1.0);
     assert!((after.linear - before.linear).length() < 1.0e-5, "{before:?} {after:?}");
-    // The arm of a contact is that of the step's start; the plank turns by some 0.05 in that step, and
-    // the impulse of 4 N s comes in its first substep or some later one.
+    // The lever arm of a contact is that of the step's start. The plank rotates by about 0.05 in
+    // that step, and the impulse of 4 N s comes in its first substep or a later one.
     assert!((after.about_origin - before.about_origin).length() < 0.02, "{before:?} {after:?}");
 }
 
@@ -311,12 +311,12 @@ fn a_body_that_sleeps_is_woken_by_what_hits_it_and_not_by_what_rests() {
     seconds(&mut world, 4);
     assert!(world.body(cube).unwrap().is_asleep(), "what rests on it lets it sleep");
     assert!(world.particle(id).unwrap().is_asleep());
-    // What wakes the body wakes the particle on it.
+    // A call that wakes the body also wakes the particle on it.
     let mut moved = world.body_mut(cube).unwrap();
     moved.set_linear_velocity([0.0, 3.0, 0.0]);
     seconds(&mut world, 1);
     assert!((at(&world, id).y - 1.01).abs() > 1.0e-3 || !world.particle(id).unwrap().is_asleep());
-    // And when the floor goes, all falls.
+    // When the floor is removed, all fall.
     let floor = world.bodies().next().unwrap().id();
     world.remove_body(floor);
     seconds(&mut world, 1);
@@ -344,7 +344,7 @@ fn a_particle_that_turns_non_finite_is_put_aside_and_reported() {
     assert!(faults.contains(&(Some(free), None)), "{faults:?}");
     assert_eq!(faults.iter().filter(|f| f.0 == Some(free)).count(), 1);
     assert!(world.particles().all(|p| p.position().is_finite() && p.velocity().is_finite()));
-    // It takes part again when the user says where it is.
+    // It takes part again when the user sets its position.
     world.set_gravity([0.0, -9.81, 0.0]);
     world.particle_mut(free).unwrap().set_position([0.0, 5.0, 0.0]);
     world.step(DT);
@@ -376,15 +376,16 @@ fn every_method_moves_particles_with_bodies() {
         let y = world.body(weight).unwrap().position().y;
         let pull = world.particle(rope.particles[10]).unwrap().attachment_force().y;
         println!("{name}: {y} {pull}");
-        // A tenth of the rope is more than any form lets it give.
+        // A tenth of the rope is more than any form stretches.
         assert!((y - 2.0).abs() < 0.18, "{name}: {y}");
         assert!(pull < -0.5 * 9.81, "{name}: {pull}");
         assert!(world.particle_penetration() < 0.005, "{name}");
     }
 }
 
-/// A body of 1 t is attached to a pinned particle 15 m away. It closes by 10 m/s and by half in a tenth of a second besides, up to 10 m/s
-/// of that, however many sweeps and substeps there are: a sweep must not close again what the one before it closes already.
+/// A body of 1 t is attached to a pinned particle 15 m away. It closes at 10 m/s, and in addition
+/// by half in a tenth of a second, up to 10 m/s, for any number of sweeps and substeps. A sweep
+/// must not close again the distance that the previous one already closes.
 #[test]
 fn what_is_attached_from_afar_comes_no_faster_than_may_be() {
     for form in ["soft", "aim", "verlet"] {

@@ -1,13 +1,13 @@
-//! Overlaps that no load explains are parted, and leave no speed.
+//! Overlaps that no load explains are pushed out, without residual speed.
 
 use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig};
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Where a push by velocity may leave one: the default of `contact.push_speed` [m/s].
+/// Residual speed of a push by velocity: the default of `contact.push_speed` [m/s].
 const PUSH: f32 = 0.25;
 
-/// The part of that which pushes of the last bit leave, see parting.rs.
+/// The residual speed after the last push, see parting.rs.
 const LEFT: f32 = PUSH / 16.0;
 
 fn weightless() -> World {
@@ -18,7 +18,8 @@ fn fastest(world: &World) -> f32 {
     world.bodies().map(|body| body.linear_velocity().length()).fold(0.0, f32::max)
 }
 
-/// Twenty boxes in one place part without flying apart: each pair may leave with what pushes leave, and a body has nineteen.
+/// Twenty boxes in one place separate without flying apart. Each pair may leave with the residual
+/// speed, and a body has nineteen pairs.
 #[test]
 fn what_is_made_in_one_place_does_not_fly_apart() {
     for count in [2_u8, 5, 20] {
@@ -32,7 +33,8 @@ fn what_is_made_in_one_place_does_not_fly_apart() {
             most = most.max(fastest(&world));
         }
         assert!(most <= PUSH, "{count}: {most} m/s");
-        // What is left is no more than what begins to part, and that is parted until a sixteenth.
+        // The remaining overlap is at most the threshold at which parting starts; parting then
+        // continues until a sixteenth.
         let deepest_of =
             |least: f32, point: drystone::contact::ContactPoint| least.min(point.separation);
         let deepest = world.contacts().fold(0.0, |d, contact| contact.points().fold(d, deepest_of));
@@ -40,8 +42,8 @@ fn what_is_made_in_one_place_does_not_fly_apart() {
     }
 }
 
-/// A body that was put into a wall is outside after the time that the rates take, ln(depth / 4 cm) / (6/s) and 4 cm at the speed of a push, to as
-/// near as pushes leave it, and stays there.
+/// A body placed inside a wall is outside after the time that the rates need, up to the residual
+/// depth, and stays there. The time is ln(depth / 4 cm) / (6/s) plus 4 cm at the push speed.
 #[test]
 fn what_is_put_into_a_wall_leaves_it_without_speed() {
     let shapes = [
@@ -76,8 +78,8 @@ fn what_is_put_into_a_wall_leaves_it_without_speed() {
     }
 }
 
-/// A stack whose lowest box is 0.3 m in the ground comes up with what stands on it, and nothing hops: as what carries
-/// it comes up at most at 6/s times its depth, and no box is faster than a push.
+/// A stack whose lowest box is 0.3 m deep in the ground rises together, and nothing hops. Its
+/// support rises at no more than 6/s times its depth, and no box is faster than a push.
 #[test]
 fn a_stack_that_stands_in_the_ground_comes_up_whole() {
     let mut world = World::default();
@@ -104,7 +106,7 @@ fn a_stack_that_stands_in_the_ground_comes_up_whole() {
     }
 }
 
-/// What is parted goes on alike after a snapshot, and on any number of threads.
+/// Parting continues identically after a snapshot, and on any number of threads.
 #[test]
 fn parting_goes_on_from_a_snapshot() {
     let mut world = World::default();
@@ -125,7 +127,7 @@ fn parting_goes_on_from_a_snapshot() {
     }
 }
 
-/// What is being parted is not at rest, though its velocity is none.
+/// A body that is being pushed out is not at rest, although its velocity is zero.
 #[test]
 fn what_is_being_parted_does_not_sleep() {
     let mut world = World::default();

@@ -1,4 +1,4 @@
-//! Joints of six axes that hold all motions.
+//! Six-axis joints that lock all axes.
 
 use drystone::joint::{JointAxis, SixDof, Slider};
 use drystone::{
@@ -15,7 +15,7 @@ fn add_bar(world: &mut World, at: Vec3, spin: Vec3) -> BodyId {
     world.add_body(BodyDef { angular_velocity: spin, can_sleep: false, ..bar }).unwrap()
 }
 
-/// Two bars that tumble without gravity on a joint that was changed so; where the second one is.
+/// Positions of the second of two bars that tumble without gravity on a joint with this change.
 fn flight(axes: SixDof, change: impl Fn(&mut JointDef)) -> Vec<Vec3> {
     let still = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world = World::new(still).unwrap();
@@ -40,13 +40,14 @@ fn a_motion_held_at_a_place_is_an_anchor_that_is_there() {
         let plain = SixDof { angular, ..SixDof::FIXED };
         let mut linear = plain.linear;
         linear[1] = JointAxis::limited(place, place);
-        // Open by the place at first, it closes.
+        // The joint starts with a gap, and closes.
         let held = flight(SixDof { linear, ..plain }, |_| {});
         let moved = flight(plain, |def| {
             let JointKind::SixDof(axes) = def.kind else { panic!("six axes") };
             def.anchor_a += axes.frame_a.rotate(vec3(0.0, place, 0.0));
         });
-        // Speeds of up to 3 m/s are rounded by 2e-7 m/s in each of 480 substeps: after a second at most 1e-4 m.
+        // Speeds of up to 3 m/s are rounded by 2e-7 m/s in each of 480 substeps: after a second at
+        // most 1e-4 m.
         for (held, moved) in held.into_iter().zip(moved) {
             assert!((held - moved).length() < 1.0e-4, "{held:?} {moved:?}");
         }
@@ -63,7 +64,7 @@ fn a_joint_that_held_all_motions_lets_one_go_when_it_is_told_to() {
     for _ in 0..6 {
         world.step(DT);
     }
-    // Soft joints give by a little under a load.
+    // Soft joints yield slightly under a load.
     let before = world.body(bar).unwrap().position().y;
     assert!(before.abs() < 1.0e-3, "{before}");
     let JointKind::SixDof(axes) = world.joint(joint).unwrap().kind() else { panic!("six axes") };
@@ -72,8 +73,8 @@ fn a_joint_that_held_all_motions_lets_one_go_when_it_is_told_to() {
     for _ in 0..30 {
         world.step(DT);
     }
-    // g t²/2 after half a second, and the little by which it swung in the soft joint: h g t more at most, as
-    // substeps end with the speed that they fall with.
+    // g t²/2 after half a second, and the small swing in the soft joint: at most h g t more,
+    // because a substep moves with the speed at its end.
     let fallen = before - world.body(bar).unwrap().position().y;
     let exact = 0.5 * 9.81 * 0.25;
     assert!((fallen - exact).abs() < 9.81 * DT / 8.0 * 0.5 + 1.0e-3, "{fallen}");

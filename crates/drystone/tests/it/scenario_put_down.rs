@@ -1,4 +1,5 @@
-//! What is put down at rest stays where it is from the first step on: its contacts know what stands there.
+//! Bodies placed at rest stay in place from the first step on, because their contacts get the loads
+//! of the bodies above.
 
 use drystone::math::trig::sin_cos;
 use drystone::{BodyDef, BodyId, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
@@ -11,7 +12,7 @@ const SIZES: [f32; 4] = [0.02, 0.1, 1.0, 10.0];
 
 const RATES: [f32; 3] = [30.0, 60.0, 120.0];
 
-/// On a floor whose size [m] is for bodies of this one.
+/// A world with a floor for bodies of this size [m].
 fn grounded(floor: Floor, size: f32) -> World {
     let mut world = World::default();
     ground(&mut world, floor, [20.0 * size, size]);
@@ -27,13 +28,13 @@ fn places(world: &World, all: &[BodyId]) -> Vec<Vec3> {
     all.iter().map(|id| world.body(*id).unwrap().position()).collect()
 }
 
-/// The farthest that one of them is off its place [m].
+/// Maximum displacement of a body [m].
 fn farthest(world: &World, all: &[BodyId], from: &[Vec3]) -> f32 {
     let now = places(world, all);
     now.iter().zip(from).map(|(now, from)| (*now - *from).length()).fold(0.0, f32::max)
 }
 
-/// The speed of the fastest of them [m/s].
+/// Maximum speed of a body [m/s].
 fn fastest(world: &World, all: &[BodyId]) -> f32 {
     let speeds = all.iter().map(|id| world.body(*id).unwrap().linear_velocity().length());
     speeds.fold(0.0, f32::max)
@@ -46,8 +47,8 @@ fn cases() -> impl Iterator<Item = (Floor, f32, f32)> {
     })
 }
 
-/// What begins in the air first gets `g dt` or more. Some thousandths of that are the contacts' own errors: what a stack's sweeps
-/// round off, and points that share a load unevenly.
+/// A body that starts in the air gets at least `g dt` at first. Some thousandths of that are errors
+/// of the contacts: rounding of a stack's sweeps, and points with uneven loads.
 #[test]
 fn stacks_do_not_move() {
     for (floor, size, rate) in cases() {
@@ -63,13 +64,14 @@ fn stacks_do_not_move() {
             assert!(fastest < 0.1 * G / rate, "{name}: {fastest} m/s");
         }
         let off = farthest(&world, &all, &from);
-        // Each contact gives at most a hundredth of half a cube, or rests within 0.05 mm.
+        // Each contact yields by at most a hundredth of half a cube, or rests within 0.05 mm.
         let most = 20.0 * (0.005 * size).min(5.0e-5) + 1.0e-3 * size;
         assert!(off < most, "{floor:?}, {size} m, {rate} Hz: {off} m off");
     }
 }
 
-/// Three planks in each of 18 rows, the rows crosswise. The lowest bear 17 rows, and each lies on two or three others.
+/// Three planks in each of 18 rows, in alternating directions. The lowest carry 17 rows, and each
+/// lies on two or three others.
 #[test]
 fn a_tower_of_planks_stands_at_any_size_and_rate() {
     for (floor, size, rate) in cases() {
@@ -99,8 +101,8 @@ fn a_tower_of_planks_stands_at_any_size_and_rate() {
     }
 }
 
-/// Friction is there from the first substep: on a slope that it can hold nothing slides, and on a steeper one all slides with
-/// `g (sin − µ cos)` and no faster.
+/// Friction acts from the first substep. On a slope within the friction limit nothing slides, and
+/// on a steeper one everything slides with `g (sin − µ cos)` and no faster.
 #[test]
 fn what_is_put_on_a_slope_sticks_or_slides_as_friction_says() {
     for degrees in [5.0_f32, 20.0, 29.0, 33.0, 40.0] {
@@ -123,7 +125,7 @@ fn what_is_put_on_a_slope_sticks_or_slides_as_friction_says() {
                 let time = f32::from(step) / rate;
                 let speed = world.body(id).unwrap().linear_velocity().dot(down);
                 let right = (G * (sin - 0.6 * cos)).max(0.0) * time;
-                // A tenth of what gravity gives in a substep.
+                // A tenth of the speed gravity adds in a substep.
                 let most = 0.1 * G / rate / 8.0;
                 let name = format!("{degrees}°, {rate} Hz, step {step}");
                 assert!((speed - right).abs() < most, "{name}: {speed} m/s, not {right}");
@@ -132,7 +134,8 @@ fn what_is_put_on_a_slope_sticks_or_slides_as_friction_says() {
     }
 }
 
-/// What stood on a body that gets another support keeps its load: nothing falls when the floor under a stack is another one.
+/// Contacts keep their loads when a support is replaced: nothing falls when the floor under a stack
+/// changes.
 #[test]
 fn a_stack_that_is_set_on_another_floor_does_not_move() {
     for floor in FLOORS {
@@ -152,7 +155,7 @@ fn a_stack_that_is_set_on_another_floor_does_not_move() {
     }
 }
 
-/// Without load-adaptive inertia a body that bears much is as easy to push as it ever was.
+/// Without load-adaptive inertia, a loaded body is as easy to push as an unloaded one.
 #[test]
 fn what_is_put_down_has_its_own_mass_if_it_is_to() {
     let mut config = WorldConfig::default();

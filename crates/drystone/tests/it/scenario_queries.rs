@@ -1,9 +1,9 @@
-//! What shapes meet on their way, and what is nearest to them.
+//! Shape casts, and nearest-shape queries.
 
 use drystone::{BodyDef, Filter, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, World, vec3};
 use std::sync::Arc;
 
-/// A floor of triangles with a wall at x = 2, a ball, a sensor, and a glass that only layer 2 meets.
+/// A floor of triangles with a wall at x = 2, a ball, a sensor, and a glass that only layer 2 hits.
 fn room() -> World {
     let mut world = World::default();
     let square = |p: Vec3, u: Vec3, v: Vec3| [p, p + u, p + u + v, p + v];
@@ -26,20 +26,20 @@ fn a_capsule_slides_over_the_floor_up_to_the_wall() {
     let world = room();
     let (query, capsule) = (world.query(), Shape::capsule(0.5, 0.25));
     let all = Filter::layers(1, 1);
-    // A hair over the floor, as movers stand: the floor is no obstacle, the wall is.
+    // Slightly above the floor, as movers stand: the wall is an obstacle, the floor is not.
     let stands = Pose::at([0.0, 0.751, 0.0]);
     let hit = query.cast_shape(&capsule, stands, [4.0, 0.0, 0.0], all).unwrap().unwrap();
     assert!((hit.fraction * 4.0 - 1.75).abs() < 1e-5, "{hit:?}");
     assert!((hit.normal - vec3(-1.0, 0.0, 0.0)).length() < 1e-4, "{hit:?}");
     assert!((hit.point.x - 2.0).abs() < 1e-5);
-    // The glass is in its way only if it is in layer 2.
+    // The glass is an obstacle only in layer 2.
     let both = Filter::layers(3, 3);
     let hit = query.cast_shape(&capsule, stands, [4.0, 0.0, 0.0], both).unwrap().unwrap();
     assert!((hit.fraction * 4.0 - 0.45).abs() < 1e-5, "{hit:?}");
-    // Down, by the hair.
+    // Down, by that small distance.
     let hit = query.cast_shape(&capsule, stands, [0.0, -0.1, 0.0], all).unwrap().unwrap();
     assert!((hit.fraction * 0.1 - 0.001).abs() < 1e-5 && hit.normal.y > 0.999, "{hit:?}");
-    // Up, or not far enough: nothing.
+    // Upward, or not far enough: no hit.
     assert!(query.cast_shape(&capsule, stands, [0.0, 1.0, 0.0], all).unwrap().is_none());
     assert!(query.cast_shape(&capsule, stands, [1.7, 0.0, 0.0], all).unwrap().is_none());
 }
@@ -69,7 +69,7 @@ fn the_nearest_shape_is_found_at_any_distance_and_told_apart_from_an_overlap() {
     let found = near([-2.0, 3.0, 0.0], 10.0).unwrap();
     assert!((found.distance - 1.4).abs() < 1e-5 && (found.normal - Vec3::Y).length() < 1e-4);
     assert!((found.own_point - found.point - found.normal * found.distance).length() < 1e-5);
-    // Of ball, floor and wall the wall; from above, and from very far.
+    // The wall is the nearest of ball, floor and wall; also from above, and from very far.
     let found = near([1.5, 2.0, 0.0], 10.0).unwrap();
     assert!((found.distance - 0.4).abs() < 1e-5 && found.normal.x < -0.999, "{found:?}");
     let found = near([0.0, 900.0, 0.0], 1000.0).unwrap();

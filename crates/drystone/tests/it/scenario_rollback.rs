@@ -1,4 +1,4 @@
-//! States that are kept, sent and gone back to: in memory, as bytes, as deltas, as calls.
+//! States that are stored, sent and restored: in memory, as bytes, as deltas, as calls.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ fn hills() -> Shape {
     Shape::Mesh(Arc::new(Mesh::new(corners, triangles).unwrap()))
 }
 
-/// Stones of one hull on hills, rolling.
+/// Stones of one hull that roll on hills.
 fn valley() -> World {
     let mut world = World::default();
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(hills()))).unwrap();
@@ -81,13 +81,14 @@ fn snapshots_name_what_a_library_has_and_hold_the_rest() {
     let mut bytes = vec![1, 2, 3];
     world.snapshot_into(&mut bytes);
     assert!(bytes == whole);
-    // The server's library has the meshes of its level; the client built them anew from its own files.
+    // The server's library has the meshes of its level; the client rebuilt them from its own files.
     let (mut server, mut client) = (Library::default(), Library::default());
     server.add_world(&world);
     assert_eq!((server.len(), server.add(&Shape::sphere(1.0))), (2, None));
     let keys: Vec<GeometryKey> = server.keys().collect();
     world.snapshot_with(&server, &mut bytes);
-    // The mesh alone has 900 corners of 12 bytes, and as many triangles of 3 numbers twice.
+    // The mesh alone has 900 corners of 12 bytes, and the same number of triangles of 3 numbers,
+    // twice.
     assert!(bytes.len() + 900 * 12 < whole.len(), "{} of {}", bytes.len(), whole.len());
     let mut other = World::default();
     for shape in [hills(), stone()] {
@@ -102,7 +103,7 @@ fn snapshots_name_what_a_library_has_and_hold_the_rest() {
         assert_eq!(GeometryKey::from_bits(added.to_bits()), added);
     }
     other.restore_with(&client, &bytes).unwrap();
-    // What came from the client's library is named by its snapshots too.
+    // The client's snapshots also refer to meshes of the client's library.
     let mut again = Vec::new();
     other.snapshot_with(&client, &mut again);
     assert!(again == bytes);
@@ -110,7 +111,7 @@ fn snapshots_name_what_a_library_has_and_hold_the_rest() {
     assert_go_on_alike(&mut world, &mut other);
 }
 
-/// As if somebody had three threads of his own.
+/// An executor with three threads of the user.
 #[derive(Debug)]
 struct InTurn;
 
@@ -142,11 +143,11 @@ fn a_world_that_is_restored_keeps_what_does_its_steps() {
     assert!(other.snapshot() == before);
     other.restore_from(&bytes).unwrap();
     assert_eq!(level(&other), format!("{lowest:?}"));
-    // Held here and by the world.
+    // One reference here and one in the world.
     assert_eq!(Arc::strong_count(&executor), 2);
     assert!(other.end_ledger().is_none(), "books of another run say nothing of this one");
     assert_go_on_alike(&mut world, &mut other);
-    // A copy goes with its source in both.
+    // A copy continues like its source in both worlds.
     other.clone_from(&world);
     assert_eq!(Arc::strong_count(&executor), 1);
     assert_eq!(level(&other), level(&world));
@@ -180,7 +181,7 @@ fn a_delta_is_small_where_little_moved_and_is_of_one_base() {
         let at = BodyDef { asleep: true, ..at };
         balls.push(world.add_body(at.with_shape(ShapeDef::sphere(0.5))).unwrap());
     }
-    // Then nothing is new any more.
+    // After that no new data appears.
     (0..20).for_each(|_| world.step(DT));
     let base = world.snapshot();
     let mut hit = world.body_mut(balls[77]).unwrap();
@@ -190,8 +191,8 @@ fn a_delta_is_small_where_little_moved_and_is_of_one_base() {
     let snapshot = world.snapshot();
     let (mut delta, mut again) = (Vec::new(), Vec::new());
     write_delta(&base, &snapshot, &mut delta);
-    // One body in two hundred moved. Beside it only the trees of boxes were put in order anew, and boxes are less than a tenth
-    // of what is saved of a ball with its contact: 24 bytes of 890.
+    // One body in two hundred moved. Apart from it only the trees of boxes were reordered, and
+    // boxes are less than a tenth of the saved data of a ball with its contact: 24 bytes of 890.
     assert!(delta.len() * 10 < snapshot.len(), "{} of {}", delta.len(), snapshot.len());
     apply_delta(&base, &delta, &mut again).unwrap();
     assert!(again == snapshot);
@@ -202,8 +203,9 @@ fn a_delta_is_small_where_little_moved_and_is_of_one_base() {
     assert!(matches!(wrong, DeltaError::WrongBase { .. }), "{wrong}");
 }
 
-/// A server says where a body is, and says it again: the second time nothing changes and nothing wakes, though the body's
-/// center of mass is not its origin and the rotation that it has is unit to its last bits only.
+/// A server sends the state of a body twice. The second time nothing changes and nothing wakes,
+/// although the body's center of mass is not its origin and its rotation is normalized only up to
+/// the last bits.
 #[test]
 fn a_correction_that_says_the_same_changes_nothing() {
     let mut server = valley();
@@ -223,7 +225,7 @@ fn a_correction_that_says_the_same_changes_nothing() {
     }
 }
 
-/// What [`call_everything`] makes calls on.
+/// The objects for the calls of [`call_everything`].
 struct Made {
     bodies: Vec<BodyId>,
     joints: Vec<JointId>,
@@ -238,7 +240,8 @@ fn pulley() -> Pulley {
     Pulley { points, ratio: 1.0, length: 6.0, is_rigid: false }
 }
 
-/// A chain of bodies on joints of all kinds, a glued rod, a brittle cube, a rope and a grain tied to it.
+/// A chain of bodies on joints of all kinds, a glued rod, a brittle cube, and a rope with a grain
+/// tied to it.
 fn make_all(call: &mut dyn FnMut(Call) -> Answer) -> Made {
     let cube = ShapeDef::box_half([0.4; 3]);
     let at = |x: f32, y: f32, z: f32| BodyDef::dynamic().with_position([x, y, z]);
@@ -352,7 +355,7 @@ fn body_calls(made: &Made) -> Vec<Call> {
     calls
 }
 
-/// All calls on joints and particles, and those that break and remove.
+/// All calls on joints and particles, and calls that break and remove.
 fn other_calls(made: &Made) -> Vec<Call> {
     let [_, _, _, _, d, rod, brittle, gone] = made.bodies[..] else { return Vec::new() };
     let [hinge, other, distance, over, gear] = made.joints[..] else { return Vec::new() };
@@ -416,7 +419,7 @@ fn other_calls(made: &Made) -> Vec<Call> {
     ]
 }
 
-/// Makes calls of all kinds, some of them refused and some of what is gone.
+/// Makes calls of all kinds, including refused ones and ones on removed objects.
 fn call_everything(world: &mut World, journal: &mut Journal) {
     let made = make_all(&mut |call| journal.call(world, call).unwrap());
     for call in body_calls(&made).into_iter().chain(other_calls(&made)) {
@@ -443,12 +446,12 @@ fn every_call_can_be_written_down_and_made_again() {
     call_everything(&mut world, &mut journal);
     let read = Journal::from_bytes(&journal.to_bytes()).unwrap();
     assert_eq!(read.calls().len(), journal.calls().len());
-    // In a world that had another life, and on threads.
+    // In a world with a different past, and on threads.
     let mut other = valley().with_executor(Arc::new(Team::new(2)));
     read.replay(&mut other).unwrap();
     assert_eq!(other.state_hash(), world.state_hash());
     assert_eq!(other.events(), world.events());
-    // With another start it is another run.
+    // Another start gives another run.
     let mut else_where = Journal::begin(&valley());
     for call in journal.calls().take(3) {
         else_where.call(&mut other, call.clone()).unwrap();

@@ -1,4 +1,4 @@
-//! Rules between pairs: bodies that never meet, and surfaces of layers.
+//! Rules between pairs: bodies that never collide, and surfaces by layers.
 
 use drystone::contact::SurfaceRule;
 use drystone::{BodyDef, BodyId, Filter, ShapeDef, Vec3, World, vec3};
@@ -32,19 +32,19 @@ fn bodies_that_never_collide_pass_each_other_and_meet_again_when_they_may() {
     assert!(world.set_bodies_collide(high, low, false));
     assert!(!world.bodies_collide(low, high));
     let mut again = World::restore(&world.snapshot()).unwrap();
-    // The upper one falls through the lower one, to the floor.
+    // The upper body falls through the lower one, to the floor.
     assert_eq!(steps(&mut world, 90), [1, 1]);
     assert_eq!(steps(&mut again, 90), [1, 1]);
     assert_eq!(world.state_hash(), again.state_hash());
     let y = world.body(high).unwrap().position().y;
     assert!((y - 0.5).abs() < 0.01, "{y}");
     world.set_bodies_collide(low, high, true);
-    // They lie in each other, and part.
+    // They overlap, and separate.
     steps(&mut world, 240);
     let at = |id: BodyId| world.body(id).unwrap().position();
     let apart = (at(low) - at(high)).length();
     assert!(apart > 0.99, "{apart}");
-    // What is gone leaves no rule behind for who gets its place.
+    // A removed body's rules do not apply to the next body in its slot.
     world.set_bodies_collide(low, floor, false);
     world.remove_body(low);
     assert!(!world.set_bodies_collide(low, floor, false));
@@ -72,7 +72,7 @@ fn a_fast_body_passes_what_it_never_collides_with() {
     }
 }
 
-/// How far a box slides that starts at 3 m/s [m].
+/// Distance that a box slides from 3 m/s [m].
 fn slide(rules: Vec<SurfaceRule>, layers: [u64; 2], late: bool) -> f32 {
     let mut world = World::default();
     if !late {
@@ -97,7 +97,7 @@ fn slide(rules: Vec<SurfaceRule>, layers: [u64; 2], late: bool) -> f32 {
 fn surfaces_of_layers_rub_as_their_rule_says() {
     let (ice, rubber) = (1 << 1, 1 << 2);
     let rule = |f: f32| SurfaceRule { friction: Some(f), ..SurfaceRule::between(ice, rubber) };
-    // v² / (2 μ g), less what the first half step takes.
+    // v² / (2 μ g), less the effect of the first half step.
     let far = |f: f32| 9.0 / (2.0 * f * G);
     for (rules, layers, friction) in [
         (vec![], [ice, rubber], 0.6),

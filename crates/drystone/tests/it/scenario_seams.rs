@@ -1,4 +1,4 @@
-//! Bodies on shapes that lie side by side.
+//! Bodies on adjacent shapes.
 
 use std::sync::Arc;
 
@@ -30,10 +30,10 @@ fn whole(friction: f32) -> ShapeDef {
 
 #[derive(Clone, Copy, Debug)]
 enum Ground {
-    /// Shapes of one body.
+    /// Several shapes of one body.
     Tiles,
     TileBodies,
-    /// Not cut.
+    /// One box.
     One,
 }
 
@@ -57,10 +57,10 @@ fn floor(world: &mut World, tiles: Vec<ShapeDef>, one_body: bool) {
     }
 }
 
-/// Of the largest of what slides: that of the box [m].
+/// Extent of the largest sliding body, the box [m].
 const EXTENT: f32 = 0.65;
 
-/// What slides, and how high its center is then.
+/// Shape, rotation and center height of each sliding body.
 fn movers() -> [(Shape, Quat, f32); 5] {
     let lying = Quat::from_axis_angle(Vec3::Z, core::f32::consts::FRAC_PI_2);
     let standing = Quat::IDENTITY;
@@ -89,7 +89,7 @@ fn seams_of_flush_boxes_neither_brake_nor_lift_what_slides_over_them() {
                 let id = add(&mut world, shape, vec3(-9.3, height, -2.13), v);
                 for _ in 0..180 {
                     world.step(DT);
-                    // What a body does that falls by less than the rest offset, 5e-5 m.
+                    // Motion of a body that falls by less than the rest offset, 5e-5 m.
                     let up = world.body(id).unwrap().linear_velocity().y;
                     assert!(up.abs() < 0.01, "{rotation:?} {height} {v:?}: {up}");
                 }
@@ -139,7 +139,7 @@ fn what_rolls_over_seams_rolls_as_on_one_box() {
             for angle in [0.0, 0.3] {
                 let mut world = World::default();
                 add_ground(&mut world, ground, 0.6);
-                // The axis is across the way.
+                // The axis is perpendicular to the motion.
                 let v = along(angle).rotate(vec3(5.0, 0.0, 0.0));
                 let w = along(angle).rotate(vec3(0.0, 0.0, -5.0 / radius));
                 let shape = surface(shape.clone(), 0.6).with_pose(Pose::new(Vec3::ZERO, lying));
@@ -159,7 +159,7 @@ fn what_rolls_over_seams_rolls_as_on_one_box() {
                     assert!(up.abs() < 0.01, "{ground:?} {radius} {angle}: {up}");
                 }
                 let now = world.body(id).unwrap().linear_velocity();
-                // A ghost of a seam took 0.1 to 1 m/s each.
+                // A ghost collision at a seam took 0.1 to 1 m/s each time.
                 let lost = (now - v).length();
                 assert!(lost < 1e-2 * v.length(), "{ground:?} {radius} {angle}: {now:?}");
             }
@@ -178,10 +178,11 @@ fn a_box_on_the_corner_of_four_tiles_rests_and_slides_as_on_one() {
             world.step(DT);
         }
         let body = world.body(id).unwrap();
-        // It rests by the rest offset, and sinks by g / (2 pi f)^2 in each of its four soft points at most.
+        // It rests by the rest offset, and sinks by at most g / (2 pi f)^2 in each of its four soft
+        // points.
         assert!((body.position() - vec3(0.0, 0.3, 0.0)).length() < 1e-3, "{ground:?}");
         assert!(body.is_asleep(), "{ground:?}");
-        // Pushed at last along the diagonal of tiles, over three more corners.
+        // Finally pushed along the diagonal of tiles, over three more corners.
         let mut world = World::default();
         add_ground(&mut world, ground, 0.0);
         let v = vec3(3.0, 0.0, 3.0);
@@ -216,9 +217,10 @@ fn a_raft_that_is_moved_carries_as_one_box() {
     }
 }
 
-/// Where a body is at the end, and the deepest overlap on the way less what one step explains: the rows of a
-/// contact are frozen over it and leave out `r |w dt|²/2` (docs/derivations/soft-step.md), and a point that
-/// was not about to meet anything goes in by as much as its velocity changed meanwhile.
+/// The final position of a body, and the maximum overlap on the way less the error of one step. The
+/// rows of a contact are frozen over a step and leave out `r |w dt|²/2`
+/// (docs/derivations/soft-step.md). A point that was not approaching penetrates by the change of
+/// its velocity in the meantime.
 fn run_into(
     ground: Vec<ShapeDef>,
     one_body: bool,
@@ -266,12 +268,12 @@ fn steps_and_walls_still_stop() {
                 for one_body in [true, false] {
                     let (end, most) = run_into(cut.clone(), one_body, shape.clone(), at, v);
                     let case = format!("{rise} {rotation:?} {height} {speed} {one_body}");
-                    // Upright sides stop; round ones stop at what is higher than their middle.
+                    // Upright sides stop; round ones stop at obstacles higher than their middle.
                     if rise > 1.0 || (flat && !round && speed < 2.0) {
                         assert!(end.x < 3.0, "{case}: {end:?}");
                     }
                     assert!(end.y > 0.0 || end.x > 12.0, "{case}: {end:?}");
-                    // What lies in the soft contacts, by some times its weight, sinks by less.
+                    // Bodies in soft contacts sink by less under some times their weight.
                     assert!(most < 1e-3, "{case}: {most}");
                 }
             }
@@ -281,7 +283,7 @@ fn steps_and_walls_still_stop() {
 
 #[test]
 fn a_step_between_large_slabs_is_a_step() {
-    // The far end of a slab must not widen what counts as flush.
+    // The far end of a slab must not widen the tolerance for flush shapes.
     let slab = |x: f32, top: f32| {
         surface(Shape::box_half([50.0, 0.5, 50.0]), 0.0).with_position(vec3(x, top - 0.5, 0.0))
     };
@@ -343,7 +345,7 @@ fn what_tips_over_a_seam_comes_down_on_the_next_tile() {
                         *most = most.max(world.audit().penetration.max);
                     }
                 }
-                // On one box the same body leaves 0.9 mm at most.
+                // On one box the maximum overlap of the same body is 0.9 mm.
                 assert!(most[0] < most[1] + 1e-3, "{one_body} {edge} {w}: {most:?}");
             }
         }

@@ -1,4 +1,4 @@
-//! Joints of six axes against closed forms.
+//! Six-axis joints against closed forms.
 
 use std::sync::Arc;
 
@@ -21,7 +21,8 @@ fn within(gravity: Vec3) -> World {
     World::new(WorldConfig { gravity, ..WorldConfig::default() }).unwrap()
 }
 
-/// A fixed body, and a bar of 1 kg, 1 m long along x, 0.1 m thick, whose left end is at the origin.
+/// A fixed body, and a bar of 1 kg with its left end at the origin, 1 m long along x and 0.1 m
+/// thick.
 fn bar(world: &mut World) -> [BodyId; 2] {
     let post = world.add_body(BodyDef::fixed()).unwrap();
     let bar = BodyDef::dynamic()
@@ -64,7 +65,7 @@ fn a_joint_that_held_nothing_holds_when_it_is_told_to() {
     for _ in 0..120 {
         world.step(DT);
     }
-    // What joints hold they pull back by half in a tenth of a second: to rounding in two.
+    // Joints close errors by half in a tenth of a second: to rounding in two seconds.
     let [gap, turn] = coordinates(&world, joint);
     assert!(gap.length() < 1.0e-3 && turn.length() < 1.0e-3, "{gap:?} {turn:?}");
 }
@@ -73,7 +74,7 @@ fn a_joint_that_held_nothing_holds_when_it_is_told_to() {
 fn a_bar_on_a_hinge_swings_with_the_period_of_a_physical_pendulum() {
     let mut world = within(vec3(9.81, 0.0, 0.0));
     let ids = bar(&mut world);
-    // Gravity along x: the bar hangs; it is let go with a small speed.
+    // Gravity is along x, so that the bar hangs; it starts at a small speed.
     let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, Hinge::new().six_dof());
     let omega = (9.81 * 0.5 / END).sqrt();
     let amplitude = 0.05;
@@ -98,8 +99,9 @@ fn a_bar_on_a_hinge_swings_with_the_period_of_a_physical_pendulum() {
     let period = (crossings[n] - crossings[0]) / n as f32 * DT;
     let ideal = 2.0 * PI / omega * (1.0 + amplitude * amplitude / 16.0);
     println!("period {period}, ideal {ideal}, top {top}");
-    // Symplectic Euler: (ω h)² / 24, here 3e-6; a crossing is placed within (ω dt)²/8 of a step, twice
-    // in n periods. f32 rounding of positions of 0.5 m against moves of 4 mm a step: 1e-5.
+    // Symplectic Euler: (ω h)² / 24, here 3e-6. A crossing is located within (ω dt)²/8 of a step,
+    // twice in n periods. f32 rounding of positions of 0.5 m against displacements of 4 mm per
+    // step: 1e-5.
     assert!((period / ideal - 1.0).abs() < 2.0e-4, "{period} {ideal}");
     assert!((top / amplitude - 1.0).abs() < 0.01, "{top}");
 }
@@ -129,9 +131,10 @@ fn a_slider_falls_along_its_slope_as_a_body_does() {
     let [x, turn] = coordinates(&world, joint);
     let force = world.joint(joint).unwrap().force();
     println!("{x:?} {turn:?} {force:?}");
-    // At the stop it carries the whole weight, and gives way by its softness: load / (m ω²), ω = 2 π 120.
+    // At the stop it carries the whole weight, and yields by its softness: load / (m ω²), ω = 2 π
+    // 120.
     assert!((x.x - 5.0).abs() < 1.0e-4, "{x:?}");
-    // Positions of 4.4 m are known to 2.4e-7 m, which the stop's m ω² makes 0.14 N.
+    // Positions of 4.4 m are accurate to 2.4e-7 m, which the stop's m ω² turns into 0.14 N.
     assert!((force - vec3(0.0, 9.81, 0.0)).length() < 0.14, "{force:?}");
     assert!(turn.length() < 1.0e-4, "{turn:?}");
 }
@@ -154,8 +157,8 @@ fn a_hinge_stops_at_its_limit() {
     let moment = 9.81 * 0.5 * trig::sin_cos(0.5).1;
     assert!((torque - vec3(0.0, 0.0, moment)).length() < 0.01 * moment, "{torque:?}");
     assert!((force - vec3(0.0, 9.81, 0.0)).length() < 0.05, "{force:?}");
-    // The limit is met ahead of time, so that nothing overshoots but by the turn of the speed that a
-    // substep's sweep has left; at rest it gives way by torque / (I ω²).
+    // The limit acts ahead of time, so that the only overshoot is the rotation by the residual
+    // speed of a substep's sweep. At rest it yields by torque / (I ω²).
     let sag = moment / (END * (2.0 * PI * 72.0) * (2.0 * PI * 72.0));
     assert!(rest > -0.5 - 4.0 * sag && rest < -0.4999, "{rest} {sag}");
     let speed = (2.0 * moment / END).sqrt();
@@ -188,8 +191,8 @@ fn a_beam_of_two_bodies_carries_its_moment() {
     assert!(near(root.1, vec3(0.0, 0.0, 2.0 * 9.81), 0.005), "{root:?}");
     assert!(near(middle.0, vec3(0.0, 9.81, 0.0), 0.005), "{middle:?}");
     assert!(near(middle.1, vec3(0.0, 0.0, 0.5 * 9.81), 0.005), "{middle:?}");
-    // Each joint is a spring of 72 Hz on what it holds: an angle of M / (K⁻¹ ω²), K⁻¹ at least the inertia
-    // of one bar about its center, twice that bound for what the sweeps leave.
+    // Each joint is a spring of 72 Hz on its load: an angle of M / (K⁻¹ ω²), with K⁻¹ at least the
+    // inertia of one bar about its center. Twice that bound, for the residual of the sweeps.
     let omega = 2.0 * PI * 72.0;
     let most = 2.0 * (2.0 * 9.81 * 1.5 + 0.5 * 9.81 * 0.5) / (CENTER * omega * omega);
     assert!(sag < 0.0 && sag > -most, "{sag} {most}");
@@ -215,9 +218,9 @@ fn a_motor_accelerates_by_its_torque_and_holds_its_speed() {
     }
     let w = world.body(ids[1]).unwrap().angular_velocity().z;
     assert!((w - 3.0).abs() < 1.0e-3, "{w}");
-    // Angles count on over full turns.
+    // Angles continue to count over full turns.
     assert!(coordinates(&world, joint)[1].x > 2.0 * PI);
-    // With no speed wanted it is a brake: 0.5 N m against 3 rad/s takes 3 I / 0.5 s.
+    // With a target speed of 0 it is a brake: 0.5 N m against 3 rad/s takes 3 I / 0.5 s.
     world.joint_mut(joint).unwrap().set_drive(Some(JointDrive::motor(0.0, 0.5))).unwrap();
     for _ in 0..60 {
         world.step(DT);
@@ -234,7 +237,7 @@ fn a_motor_accelerates_by_its_torque_and_holds_its_speed() {
 
 #[test]
 fn springs_swing_with_the_frequency_of_their_stiffness_and_servos_arrive() {
-    // 1 kg on 40 N/m, and on a spring of the same frequency said in Hz.
+    // 1 kg on 40 N/m, and on a spring of the same frequency given in Hz.
     let omega = 40.0_f32.sqrt();
     for spring in [JointSpring::new(40.0, 0.0), JointSpring::hertz(omega / (2.0 * PI), 0.0)] {
         let mut world = within(Vec3::ZERO);
@@ -255,7 +258,7 @@ fn springs_swing_with_the_frequency_of_their_stiffness_and_servos_arrive() {
         #[expect(clippy::cast_precision_loss, reason = "a handful")]
         let period = (crossings[n] - crossings[0]) / n as f32 * DT;
         println!("{period} {}", 2.0 * PI / omega);
-        // Found within (ω dt)²/8 of a step, in 10 periods.
+        // Located within (ω dt)²/8 of a step, in 10 periods.
         assert!((period * omega / (2.0 * PI) - 1.0).abs() < 1.0e-4, "{period}");
     }
     let mut world = within(vec3(0.0, -9.81, 0.0));
@@ -268,7 +271,7 @@ fn springs_swing_with_the_frequency_of_their_stiffness_and_servos_arrive() {
         world.step(DT);
     }
     let angle = coordinates(&world, joint)[1].x;
-    // It rests where 200 (0.7 - angle) is the weight's moment.
+    // It rests where 200 (0.7 - angle) equals the weight's moment.
     let balance = 200.0 * (0.7 - angle) - 9.81 * 0.5 * trig::sin_cos(angle).1;
     println!("{angle} {balance}");
     assert!(balance.abs() < 0.02, "{angle}");
@@ -291,7 +294,7 @@ fn a_soft_limit_rests_where_its_spring_carries_the_weight() {
     assert!((y + 1.0 + 9.81 / 500.0).abs() < 1.0e-4, "{y}");
 }
 
-/// Kinetic energy and that of springs.
+/// Kinetic energy and energy of springs.
 fn energy(world: &World) -> f64 {
     let e = world.audit().energy;
     e.linear + e.angular + e.elastic
@@ -299,8 +302,8 @@ fn energy(world: &World) -> f64 {
 
 #[test]
 fn a_spring_per_mass_is_one_on_the_whole_mass_wherever_its_anchor_is() {
-    // A slider held 2 m beside the bar, which must not turn: 1 kg on 40 N/m all the same, and about an axis
-    // that is none of its own, on the inertia about it at the anchor.
+    // A slider held 2 m beside the bar, which must not rotate: 1 kg on 40 N/m all the same. Then
+    // about an axis that is not a principal one, with the inertia about it at the anchor.
     let omega = 40.0_f32.sqrt();
     let spring = JointSpring::hertz(omega / (2.0 * PI), 0.0);
     let drive = JointAxis::driven(JointDrive::servo(0.1, spring, f32::INFINITY));
@@ -329,8 +332,8 @@ fn a_spring_per_mass_is_one_on_the_whole_mass_wherever_its_anchor_is() {
         let period = (crossings[n] - crossings[0]) / n as f32 * DT;
         println!("{period} {}", 2.0 * PI / omega);
         assert!((period * omega / (2.0 * PI) - 1.0).abs() < 1.0e-3, "{which}: {period}");
-        // Velocities stand half a substep before positions: ω h / 2 of the energy goes up and down. From the
-        // first second to the last it stays.
+        // Velocities are half a substep ahead of positions: ω h / 2 of the energy oscillates. From
+        // the first second to the last it is constant.
         let [first, end] = seen;
         println!("energy {first} {end}");
         assert!((first - 1.0).abs() < f64::from(omega * H), "{which}: {first}");
@@ -348,7 +351,7 @@ fn damped_springs_decay_as_they_should_at_any_frequency() {
             let axes =
                 Slider::of(JointAxis::driven(JointDrive::servo(0.0, spring, 1.0e9))).six_dof();
             let joint = add(&mut world, ids, vec3(0.5, 0.0, 0.0), Vec3::Y, axes);
-            // It starts without the stretch of its weight, and swings about that.
+            // It starts without the stretch by its weight, and swings about that.
             let omega = 2.0 * PI * hertz;
             let rest = -9.81 / (omega * omega);
             let mut most = 0.0_f32;
@@ -364,7 +367,7 @@ fn damped_springs_decay_as_they_should_at_any_frequency() {
                 most = most.max((x - exact).abs() / rest.abs());
             }
             println!("{hertz} {ratio} {most}");
-            // Gravity is given at the start of a substep: half a substep of the swing.
+            // Gravity acts at the start of a substep: half a substep of the swing.
             assert!(most < 0.6 * omega * H + 1.0e-3, "{hertz} {ratio}: {most}");
         }
     }
@@ -388,11 +391,11 @@ fn a_cone_holds_the_swing_in_every_direction() {
         }
         let [_, turns] = coordinates(&world, joint);
         println!("{i}: {turns:?} off {most}");
-        // Found anew each step, while the swing turns on: not more than a step's way beyond, at the speed
-        // that the torque gives over the whole cone, √(2 τ φ / I).
+        // The limit is recomputed in each step while the swing continues: at most a step's rotation
+        // beyond, at the speed that the torque gives over the whole cone, √(2 τ φ / I).
         let speed = (2.0_f32 * 2.0 * 0.6 / END).sqrt();
         assert!(most < speed * DT, "{i}: {most}");
-        // It comes to rest on the rim, and at the twist's end that gives way by τ / (I ω²).
+        // It comes to rest on the rim, and at the limit of twist, which yields by τ / (I ω²).
         let rest = world.joint(joint).unwrap().angular_error();
         let sag = 0.5 / (0.02 / 12.0 * (2.0 * PI * 72.0) * (2.0 * PI * 72.0));
         assert!(rest < 2.0 * sag, "{i}: {rest} {sag}");
@@ -413,7 +416,7 @@ fn a_servo_takes_a_body_to_a_pose_and_no_harder_than_it_may() {
     let joint = world.add_joint(def).unwrap();
     world.step(DT);
     let read = world.joint(joint).unwrap();
-    // Every axis by itself.
+    // Each axis separately.
     let most = [read.force().abs().max_element(), read.torque().abs().max_element()];
     assert!(most[0] < 5.0 * 1.0001 && most[0] > 4.99, "{most:?}");
     for _ in 0..600 {
@@ -425,7 +428,7 @@ fn a_servo_takes_a_body_to_a_pose_and_no_harder_than_it_may() {
     assert!(off.length() < 1.0e-3, "{off:?}");
 }
 
-/// A row of bars on joints of every kind, turning and held by a kinematic body.
+/// A row of bars on joints of every kind, rotating and held by a kinematic body.
 fn menagerie(level: SimdLevel, threads: usize) -> World {
     let mut world = World::default();
     world.set_simd_level(level);
@@ -478,8 +481,8 @@ fn every_kind_gives_the_same_bits_for_any_threads_and_width() {
     }
 }
 
-/// A bar on a spring beside friction swings half a period at a time about where the two are in balance, so that
-/// every swing ends 2 F / k nearer, and it stays where the spring is weaker than friction.
+/// A bar on a spring with friction swings in half periods about the balance of the two. Every swing
+/// ends 2 F / k nearer, and it stops where the spring is weaker than friction.
 #[test]
 fn friction_beside_a_spring_takes_as_much_from_every_swing() {
     const K: f32 = 10.0;
@@ -498,7 +501,7 @@ fn friction_beside_a_spring_takes_as_much_from_every_swing() {
             for _ in 0..600 {
                 world.step(DT);
                 let x = coordinates(&world, joint)[0].x - start;
-                // What is at rest may tremble in its last bits.
+                // A bar at rest may tremble in its last bits.
                 if (x - last) * way < -1.0e-6 {
                     ends.push(last);
                     way = -way;
@@ -512,8 +515,8 @@ fn friction_beside_a_spring_takes_as_much_from_every_swing() {
             }
             println!("{articulated}: {ends:?}");
             assert_eq!(ends.len(), swings + 1, "{ends:?}");
-            // Each end is looked at within half a step of it: a dt² / 8 short, two of them; as much again for
-            // the substep in which the bar turns, of which friction takes the whole.
+            // Each end is located within half a step: a dt² / 8 short, for two ends. The same again
+            // for the substep in which the bar turns back, which friction affects completely.
             let within = (K * start + F) * DT * DT / 2.0;
             for pair in ends.windows(2) {
                 let nearer = pair[0].abs() - pair[1].abs();
@@ -570,14 +573,14 @@ fn every_method_holds_them() {
         }
         let [gap, turns] = coordinates(&world, joint);
         println!("{name}: {gap:?} {turns:?}");
-        // The coarsest take one step of 1/60 s, in which a weight falls 2.7 mm, remove a fifth of an error in it and
-        // solve each row by itself: some steps' fall.
+        // The coarsest methods take one step of 1/60 s, in which a weight falls 2.7 mm. They remove
+        // a fifth of an error per step and solve each row separately: the fall of some steps.
         assert!(gap.length() < 0.05, "{name}: {gap:?}");
         assert!((turns.x + 0.5).abs() < 0.1, "{name}: {turns:?}");
     }
 }
 
-/// A weight of 4.9 N m is held by friction of 6, and falls from 4.
+/// A friction of 6 N m holds a weight of 4.9 N m, one of 4 N m does not.
 #[test]
 fn every_method_holds_by_friction() {
     for name in Method::NAMES {
@@ -594,8 +597,9 @@ fn every_method_holds_by_friction() {
             }
             let [_, turns] = coordinates(&world, joint);
             println!("{name}: {turns:?}");
-            // Falling freely against 4 N m it turns by 0.9 N m / END · 0.25 s² / 2 = 0.34 rad. The coarsest takes
-            // rows by themselves, so that the joint's own sweeps leave some turn: see above.
+            // Falling freely against 4 N m it rotates by 0.9 N m / END · 0.25 s² / 2 = 0.34 rad.
+            // The coarsest method solves rows separately, so that the joint's own sweeps leave some
+            // rotation: see above.
             assert_eq!(turns.x.abs() < 0.05, holds, "{name} {friction}: {turns:?}");
         }
     }

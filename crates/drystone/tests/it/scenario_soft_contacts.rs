@@ -1,4 +1,4 @@
-//! Contacts that give as springs, and what bounces by a rule or by hooks.
+//! Contacts that yield like springs, and restitution by rules or hooks.
 
 use core::f64::consts::TAU;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ const G: f64 = 9.81;
 const DT: f32 = 1.0 / 60.0;
 /// A substep [s].
 const H: f64 = 1.0 / 480.0;
-/// How far apart bodies rest [m].
+/// Distance between bodies at rest [m].
 const REST: f64 = 5.0e-5;
 
 fn awake_world() -> World {
@@ -33,7 +33,7 @@ fn floor(world: &mut World) -> BodyId {
     world.add_body(BodyDef::fixed().with_shape(floor)).unwrap()
 }
 
-/// At a height of its center [m].
+/// Adds a body with its center at this height [m].
 fn body(world: &mut World, shape: ShapeDef, y: f64) -> BodyId {
     #[expect(clippy::cast_possible_truncation, reason = "a place")]
     let body = BodyDef::dynamic().with_position([0.0, y as f32, 0.0]);
@@ -44,8 +44,9 @@ fn height(world: &World, id: BodyId) -> f64 {
     f64::from(world.body(id).unwrap().position().y)
 }
 
-/// A ball that a spring of the frequency `hertz` pushes while it is below 0, substep by substep by the implicit Euler method, which
-/// is what a soft contact is [Catto11]. The spring acts in a substep in which the ball comes to it.
+/// A ball on a spring of frequency `hertz` that acts below height 0, integrated per substep by the
+/// implicit Euler method, as a soft contact is [Catto11]. The spring acts in a substep in which the
+/// ball reaches it.
 struct Sprung {
     omega: f64,
     zeta: f64,
@@ -72,7 +73,8 @@ impl Sprung {
 
 #[test]
 fn what_lies_on_a_spring_sinks_in_by_its_weight_over_its_stiffness() {
-    // A cube's four points bear a quarter each, and a corner is pushed as by a quarter of the mass: g / (2πf)² as well.
+    // A cube's four points carry a quarter each, and a corner is pushed as by a quarter of the
+    // mass: g / (2πf)² again.
     for shape in [ShapeDef::sphere(0.5), ShapeDef::box_half([0.5; 3])] {
         for hertz in [1.0, 2.0, 8.0] {
             let mut world = awake_world();
@@ -82,7 +84,8 @@ fn what_lies_on_a_spring_sinks_in_by_its_weight_over_its_stiffness() {
             world.set_surface_between(id, floor, Some(soft(hertz, 1.0))).unwrap();
             (0..600).for_each(|_| world.step(DT));
             let found = 0.5 + REST - height(&world, id);
-            // Critically damped: after ten seconds e^-62 of the way is left. Places are known to 6e-8.
+            // Critically damped: after ten seconds e^-62 of the displacement remains. Positions are
+            // accurate to 6e-8.
             assert!((found - sag).abs() < 1.0e-3 * sag, "{hertz} Hz: {found} m, not {sag}");
         }
     }
@@ -102,7 +105,7 @@ fn a_spring_swings_and_is_damped_as_its_ratio_says() {
             known.step();
             far = far.max((height(&world, id) - 0.5 - REST - known.y).abs());
         }
-        // 1440 substeps of rounding at a height of 0.5 m, grown to what a swing shows.
+        // 1440 substeps of rounding at a height of 0.5 m, amplified to the swing.
         let rounding = 1440.0 * 0.5 * f64::from(f32::EPSILON);
         assert!(far < rounding, "{hertz} Hz, {zeta}: {far} m off");
     }
@@ -121,7 +124,8 @@ fn what_falls_on_a_spring_is_thrown_back() {
         world.step(DT);
         known.step();
         let y = height(&world, id) - 0.5 - REST;
-        // What flies is exact; by the Euler method it falls behind by g h t / 2, and once more on what it is thrown with then.
+        // Flight is exact. With the Euler method the ball lags by g h t / 2, and again by the error
+        // of its take-off speed.
         assert!((y - known.y).abs() < G * H * 1.5, "step {step}: {y}, not {}", known.y);
         deepest = deepest.min(y);
         again = if y > 0.0 && deepest < 0.0 { again.max(y) } else { again };
@@ -131,7 +135,8 @@ fn what_falls_on_a_spring_is_thrown_back() {
     assert!(again > 0.9 * part * drop && again < drop, "{again} m, {part}");
 }
 
-/// Joints bound what impulses add to the energy of their island: what a spring gives back is none of that.
+/// Joints bound the energy that impulses add to their island; the energy that a spring returns does
+/// not count.
 #[test]
 fn what_joints_hold_together_is_thrown_back_too() {
     let (hertz, drop) = (3.0, 1.0);
@@ -177,12 +182,13 @@ fn two_bodies_bounce_by_their_own_restitution() {
                 most = most.max(height(&world, id) - 0.25 + 0.5 * v * v / G);
             }
         }
-        // Of 1 m, to what the surface is looked for in half a substep at 4.4 m/s, and what substeps lose of a fall: g h v.
+        // Relative to 1 m: the detection distance of half a substep at 4.4 m/s, and the loss of
+        // substeps in a fall: g h v.
         assert!((most - e * e).abs() < 0.01, "{e}: {most} m");
     }
 }
 
-/// By the number of the other shape: 1 is soft, 2 bounces, 3 is let pass.
+/// By the number of the other shape: 1 is soft, 2 bounces, 3 is disabled.
 struct Bed;
 
 impl ContactHooks for Bed {
@@ -218,7 +224,7 @@ fn hooks_soften_and_bounce_as_rules_do() {
                     let mut world = awake_world();
                     let floor = BodyDef::fixed().with_shape(ground.clone());
                     let floor = world.add_body(floor).unwrap();
-                    // Both are asked for: what may be asked is not kept from step to step.
+                    // The hooks run for both, because results are not cached between steps.
                     let number = if by_hooks { number } else { 0 };
                     let id = body(&mut world, hooked(shape.clone(), number), 0.8);
                     if !by_hooks {
@@ -272,7 +278,7 @@ fn soft_and_bouncy_piles_are_the_same_on_any_number_of_threads_and_from_a_snapsh
 
 #[test]
 fn a_shot_flies_through_what_hooks_drop() {
-    // A wall that does not move, one of triangles, a box that can move, and one that comes toward it.
+    // A fixed wall, a wall of triangles, a dynamic box, and a box that approaches.
     let thin = || ShapeDef::box_half([0.05, 2.0, 2.0]);
     let targets = [
         BodyDef::fixed().with_shape(thin()),

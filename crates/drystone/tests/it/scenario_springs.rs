@@ -1,4 +1,4 @@
-//! Springs of joints rest where their loads say, whatever else holds or pushes their bodies.
+//! Joint springs rest where their loads determine, whatever else holds or pushes their bodies.
 
 use drystone::joint::{Hinge, JointAxis, JointDrive, JointMotion, JointSpring, Slider, Wheel};
 use drystone::math::trig;
@@ -13,7 +13,7 @@ const STIFFNESS: f32 = 30_000.0;
 fn world(method: &str) -> World {
     let mut config = WorldConfig::default();
     config.set("method", method).unwrap();
-    // A sleeping spring stands where it fell asleep.
+    // A sleeping spring keeps the length at which it fell asleep.
     config.sleep.enabled = false;
     World::new(config).unwrap()
 }
@@ -32,22 +32,23 @@ fn along(world: &World, joint: JointId, axis: Axis) -> f32 {
     world.joint(joint).unwrap().axis(axis).unwrap().position()
 }
 
-/// How far the motion dies away in 20 s: exp(-c t/2m) of the start, at least.
+/// Damps the motion for 20 s: at least to exp(-c t/2m) of the start.
 fn settle(world: &mut World) {
     for _ in 0..1200 {
         world.step(DT);
     }
 }
 
-/// A box on a spring over a ball on the ground, led by a rail: the ground holds the ball, and the spring bears the box.
+/// A box on a spring above a ball on the ground, guided by a rail: the ground holds the ball, and
+/// the spring carries the box.
 #[test]
 fn a_spring_over_a_wheel_bears_what_stands_on_it() {
     let right = 250.0 * G / STIFFNESS;
     for method in ["soft-step", "soft-step-relax"] {
         for damping in [300.0, 1000.0, 3000.0, 10_000.0] {
             for mass in [5.0, 20.0, 100.0, 250.0] {
-                // Harder than a sweep holds, c h K = 8.5 with the four substeps of the second method: such a spring gives way
-                // farther (docs/derivations/joints.md).
+                // Stiffer than a sweep can hold, c h K = 8.5 with the four substeps of the second
+                // method: such a spring yields more (docs/derivations/joints.md).
                 if damping * (1.0 / mass + 1.0 / 250.0) / 240.0 > 4.0 {
                     continue;
                 }
@@ -72,7 +73,7 @@ fn a_spring_over_a_wheel_bears_what_stands_on_it() {
     }
 }
 
-/// Masses that hang on each other by springs: each is longer by all weights below it.
+/// A chain of masses on springs: each spring carries all weights below it.
 #[test]
 fn springs_in_a_row_bear_the_weights_below_them() {
     for damping in [300.0, 1000.0, 3000.0] {
@@ -99,7 +100,7 @@ fn springs_in_a_row_bear_the_weights_below_them() {
     }
 }
 
-/// A load on an arm whose hinge springs, on a light post that stands on the ground.
+/// A load on an arm with a sprung hinge, on a light post that stands on the ground.
 #[test]
 fn a_spring_of_a_hinge_on_a_light_post_turns_by_its_load() {
     let (mass, arm, stiffness) = (20.0, 0.5, 2000.0);
@@ -128,7 +129,7 @@ fn a_spring_of_a_hinge_on_a_light_post_turns_by_its_load() {
     }
 }
 
-/// Four wheels under a car: the suspension and its stops that spring.
+/// Four wheels under a car: the suspension and its sprung stops.
 #[test]
 fn a_car_stands_as_high_as_its_springs_say() {
     for stop in [false, true] {
@@ -144,7 +145,7 @@ fn a_car_stands_as_high_as_its_springs_say() {
             let def = JointDef::new(car, wheel, Wheel::new(law)).at([x, 0.33, z]);
             let joint = world.add_joint(def.with_axes(Vec3::Y, -Vec3::Z)).unwrap();
             if stop {
-                // The same spring, as a limit without room.
+                // The same spring, as a limit of zero range.
                 let motion = JointMotion::Limited { min: 0.0, max: 0.0, spring: Some(law) };
                 let mut joint = world.joint_mut(joint).unwrap();
                 joint.axis(Axis::X).unwrap().set(JointAxis { motion, ..JointAxis::FREE }).unwrap();

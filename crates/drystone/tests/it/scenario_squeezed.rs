@@ -1,12 +1,12 @@
-//! What is caught between two that give way to nothing.
+//! Bodies squeezed between two immovable ones.
 
 use drystone::{BodyDef, Pose, ShapeDef, Vec3, World, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
-/// A kinematic body drives a crate into a wall, and on through the place where it is. Nothing can be right then, but what comes out
-/// may not be thrown: it leaves no faster than overlaps are pushed out, 6/s of how deep the crate was in either, beside the speed of
-/// the body that pushed it.
+/// A kinematic body drives a crate into a wall and on through it. No result can be right then, but
+/// the crate must not be thrown. It leaves no faster than overlaps are pushed out, 6/s of its depth
+/// in either body, plus the speed of the kinematic body.
 #[test]
 fn a_crate_that_is_crushed_against_a_wall_is_not_thrown() {
     let (speed, depth) = (1.5, 0.4);

@@ -1,12 +1,12 @@
-//! Small and thin things that lie on each other are as high as their parts: what a contact gives under a load follows the size of what lies
-//! there.
+//! Stacks of small and thin bodies are as high as their parts: the yield of a contact under a load
+//! scales with the size of the bodies.
 
 use drystone::{BodyDef, BodyId, ShapeDef, World};
 
 use crate::floors::{FLOORS, Floor, ground};
 
-/// Things of this shape and thickness [m], one on the other. Every three of them stand so far from the middle: 0, 1 and 2 times
-/// `aside` [m].
+/// A stack of bodies of this shape and thickness [m]. The offsets from the middle repeat every
+/// three bodies: 0, 1 and 2 times `aside` [m].
 fn stack(
     floor: Floor,
     count: u8,
@@ -29,7 +29,8 @@ fn card([thick, wide]: [f32; 2]) -> ShapeDef {
     ShapeDef::box_half([wide, 0.5 * thick, 1.4 * wide]).with_density(700.0)
 }
 
-/// After 15 s a stack is as high as its things, to a fiftieth; its top did not go aside, and sleeps.
+/// After 15 s a stack is as high as its bodies within a fiftieth; its top did not move sideways,
+/// and sleeps.
 fn settles((mut world, things): (World, Vec<BodyId>), [thick, wide]: [f32; 2], floor: Floor) {
     for _ in 0..900 {
         world.step(1.0 / 60.0);
@@ -43,7 +44,8 @@ fn settles((mut world, things): (World, Vec<BodyId>), [thick, wide]: [f32; 2], f
     assert!(top.is_asleep(), "{name}: awake");
 }
 
-/// Each contact is at most a hundredth of half a card's thickness deep, and about so much is left of the way there. They fall asleep so.
+/// Each contact is at most a hundredth of half a card's thickness deep, and about the same distance
+/// remains to that depth. They fall asleep in this state.
 #[test]
 fn a_deck_of_cards_is_as_high_as_its_cards() {
     let decks = [
@@ -60,8 +62,9 @@ fn a_deck_of_cards_is_as_high_as_its_cards() {
     }
 }
 
-/// Coins and plates. The four deepest places of a rim change with a lean of a micrometer. (Contacts lost their impulses with each change:
-/// discs sank into each other, and fifteen plates never slept.)
+/// Coins and plates. The four deepest points of a rim change with a tilt of a micrometer. (Contacts
+/// once lost their impulses with each change: discs sank into each other, and fifteen plates never
+/// slept.)
 #[test]
 fn a_stack_of_discs_is_as_high_as_its_discs() {
     let stacks = [
@@ -79,7 +82,7 @@ fn a_stack_of_discs_is_as_high_as_its_discs() {
     }
 }
 
-/// What bears a stack that is taken away does not throw what is left, nor hold it up.
+/// Removing the support of a stack neither throws the rest nor holds it up.
 #[test]
 fn the_lowest_card_lies_still_when_the_others_go() {
     let (mut world, cards) = stack(Floor::Box, 20, &card([0.002, 0.03]), 0.002, 0.0);
@@ -94,7 +97,8 @@ fn the_lowest_card_lies_still_when_the_others_go() {
         world.step(1.0 / 60.0);
         highest = highest.max(world.body(cards[0]).unwrap().position().y);
     }
-    // The surface that its spring starts from goes back with its load, in a step: no higher than it was to be, and than things rest.
+    // The origin of its spring returns with its load, within a step: no higher than intended, and
+    // than bodies rest.
     let left = world.body(cards[0]).unwrap().position().y;
     assert!(highest < 0.001 + 4.0 * 0.001, "{highest} m");
     assert!((left - 0.001).abs() < 1.0e-4, "{left} m");

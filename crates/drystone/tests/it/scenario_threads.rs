@@ -23,8 +23,9 @@ fn seconds(world: &mut World, n: u32) {
     (0..60 * n).for_each(|_| world.step(DT));
 }
 
-/// Places of the particles of a rope of equal links and masses between two points at one height: each
-/// link points along the sum of the forces below it. Found by bisection over the horizontal force.
+/// Positions of the particles of a rope of equal links and masses between two points at one height.
+/// Each link points along the sum of the forces below it. Found by bisection over the horizontal
+/// force.
 fn hanging_chain(links: i32, length: f64, span: f64) -> Vec<(f64, f64)> {
     let part = length / f64::from(links);
     let place = |pull: f64| {
@@ -57,7 +58,7 @@ fn a_rope_hangs_as_its_chain_of_links_does() {
         let mut world = World::new(config).unwrap();
         let mut def = RopeDef::between([0.0, 0.0, 0.0], [2.0, 0.0, 0.0], links.into());
         (def.length, def.pinned, def.kind) = (Some(3.0), [true, true], kind);
-        // So that it comes to rest; at rest it does nothing.
+        // Damping brings it to rest; at rest it has no effect.
         def.particle.damping = 2.0;
         let rope = world.add_rope(def).unwrap();
         seconds(&mut world, 30);
@@ -69,12 +70,13 @@ fn a_rope_hangs_as_its_chain_of_links_does() {
             worst = worst.max((f64::from(p.x) - x).hypot(f64::from(p.y) - y));
         }
         println!("{kind:?} {links} links: {worst} of a sag of {sag}");
-        // A thread gives by parts in a million under 5 N; the places of 3 m are known to 1e-7 of it.
+        // A thread yields by parts per million under 5 N; positions of 3 m are accurate to 1e-7 of
+        // it.
         assert!(worst < 1.0e-4 * sag, "{kind:?} {links}: {worst} of a sag of {sag}");
     }
 }
 
-/// As `verlet` has it: each link's error is taken out by itself, so sweeps are what it takes.
+/// As in `verlet`: each link's error is removed separately, so the number of sweeps matters.
 #[test]
 fn ropes_and_cloths_of_projected_positions_hang_as_their_chains_of_links_do() {
     for width in [0, 3] {
@@ -118,7 +120,7 @@ fn a_cloth_by_two_corners_hangs_by_its_threads_and_does_not_stretch() {
     let mut config = WorldConfig::default();
     config.sleep.enabled = false;
     let mut world = World::new(config).unwrap();
-    // Pulled together by a tenth, so that it sags.
+    // Compressed by a tenth, so that it sags.
     let def = ClothDef::new([0.0, 0.0, 0.0], [Vec3::X * 2.0, Vec3::Y * -2.0], [20, 20]);
     let cloth = world.add_cloth(def).unwrap();
     for (i, x) in [(0, 0.1), (20, 1.9)] {
@@ -127,12 +129,12 @@ fn a_cloth_by_two_corners_hangs_by_its_threads_and_does_not_stretch() {
         corner.set_position([x, 0.0, 0.0]);
     }
     seconds(&mut world, 5);
-    // Threads only: shear and bend are springs.
+    // Threads only: shear and bend links are springs.
     let threads = || world.links().filter(|l| l.kind() == LinkKind::AtMost);
     let worst = threads().map(|l| l.distance() / l.length() - 1.0).fold(0.0, f32::max);
     println!("{worst}");
     assert!(threads().count() == 840 && worst < 0.005, "{worst}");
-    // All of its weight hangs on the threads, and the shear, of the two corners.
+    // The threads and the shear links at the two corners carry the whole weight.
     let top = threads().map(|l| l.tension()).fold(0.0, f32::max);
     assert!(top > 0.25 * 9.81, "{top}");
 }
@@ -151,10 +153,10 @@ fn momentum_of_a_weightless_cloth_stays() {
     let before = world.audit().momentum;
     seconds(&mut world, 5);
     let after = world.audit().momentum;
-    // 1 kg at some m/s, 900 links, 2,600 substeps, each a rounding of 1e-9 N s that goes either way.
+    // 1 kg at some m/s, 900 links, 2,600 substeps, each a rounding of 1e-9 N s of either sign.
     assert!((after.linear - before.linear).length() < 2.0e-5, "{before:?} {after:?}");
-    // Links push along themselves as they are at the substep's end or middle: turning is kept to the
-    // second order only.
+    // Links push along their direction at the substep's end or middle: angular momentum is
+    // conserved to second order only.
     let spin = (after.about_center - before.about_center).length();
     println!("angular momentum {:?}, off by {spin}", before.about_center);
 }
@@ -162,7 +164,7 @@ fn momentum_of_a_weightless_cloth_stays() {
 #[test]
 fn a_spring_swings_with_its_period() {
     let (k, m) = (200.0_f32, 0.5_f32);
-    // By rate and by the frequency that such masses have with it.
+    // By rate, and by the equivalent frequency for such masses.
     let omega = (k * 2.0 / m).sqrt();
     let hertz = omega / (2.0 * core::f32::consts::PI);
     for spring in [
@@ -177,7 +179,7 @@ fn a_spring_swings_with_its_period() {
         let b = world.add_particle(ParticleDef::at([1.1, 0.0, 0.0]).with_mass(m)).unwrap();
         world.add_link(LinkDef::new(a, b, LinkKind::Spring(spring)).with_length(1.0)).unwrap();
         let stretch = |world: &World| at(world, b).x - at(world, a).x - 1.0;
-        // Times at which it passes its length, interpolated.
+        // Times at which it crosses its rest length, interpolated.
         let (mut last, mut times) = (stretch(&world), Vec::new());
         for step in 0..120_u8 {
             world.step(DT);
@@ -190,8 +192,8 @@ fn a_spring_swings_with_its_period() {
         let halves = f32::from(u8::try_from(times.len() - 1).unwrap());
         let period = 2.0 * (times[times.len() - 1] - times[0]) / halves;
         let expected = 2.0 * core::f32::consts::PI / omega;
-        // Implicit Euler is slow by (ωh)²/3 = 2e-5; the line between two samples of a sine is off by
-        // (ω dt)³/50 of a radian over 18 half turns.
+        // Implicit Euler is slow by (ωh)²/3 = 2e-5. Linear interpolation between two samples of a
+        // sine has an error of (ω dt)³/50 of a radian over 18 half turns.
         assert!((period / expected - 1.0).abs() < 2.0e-3, "{spring:?}: {period} {expected}");
     }
 }
@@ -213,22 +215,22 @@ fn a_rope_bears_the_weight_that_hangs_on_it() {
     let end = world.particle(rope.particles[10]).unwrap();
     assert_eq!(end.attachment().unwrap().0, weight);
     let (pull, top) = (-end.attachment_force().y, world.link(rope.links[0]).unwrap().tension());
-    // m g of the body; and of the ten particles below the pinned one, 1/11 kg each.
+    // m g of the body, and of the ten particles below the pinned one, 1/11 kg each.
     assert!((pull - 2.0 * 9.81).abs() < 0.01 * 2.0 * 9.81, "{pull}");
     let all = (2.0 + 10.0 / 11.0) * 9.81;
     assert!((top - all).abs() < 0.01 * all, "{top} {all}");
-    // The attachment itself is stiff: the body hangs where the rope ends.
+    // The attachment itself is stiff: the body hangs at the end of the rope.
     let gap = at(&world, rope.particles[10]) - world.body(weight).unwrap().position();
     assert!((gap - vec3(0.0, 0.1, 0.0)).length() < 1.0e-3, "{gap:?}");
 }
 
-/// The longest link over its length, less 1.
+/// Maximum relative stretch of a link.
 fn stretch(world: &World) -> f32 {
     world.links().map(|l| l.distance() / l.length() - 1.0).fold(0.0, f32::max)
 }
 
-/// A rope of 2 m and 1 kg with 40 links from a pin at the origin, with a box of `ratio` times a particle's
-/// mass at its end, which is at `end`.
+/// A rope of 2 m and 1 kg with 40 links from a pin at the origin. A box of `ratio` times a
+/// particle's mass is at its end, at `end`.
 fn loaded(ratio: f32, end: Vec3, kind: LinkKind) -> (World, ParticleId) {
     let mut config = WorldConfig::default();
     config.sleep.enabled = false;
@@ -276,7 +278,7 @@ fn a_heavy_pendulum_on_a_light_rope_keeps_its_length_and_its_energy() {
         worst = worst.max(stretch(&world));
         long = long.max(at(&world, last).length());
     }
-    // The way down to the lowest point.
+    // The energy of the descent to the lowest point.
     let whole = 1000.0 / 41.0 * 9.81 * 2.0;
     let lost = (start - energy(&world)) / whole;
     println!("{worst}, {long} m, lost {lost}");
@@ -286,7 +288,7 @@ fn a_heavy_pendulum_on_a_light_rope_keeps_its_length_and_its_energy() {
 
 #[test]
 fn a_rope_between_pins_that_are_as_far_apart_as_it_is_long_stays_straight() {
-    // No finite tension holds a straight rope up: what it gives is its stiffness.
+    // No finite tension holds a straight rope up: its sag depends on its stiffness.
     let mut config = WorldConfig::default();
     config.sleep.enabled = false;
     let mut world = World::new(config).unwrap();
@@ -328,7 +330,7 @@ fn a_plank_hangs_level_on_two_light_ropes() {
 
 #[test]
 fn a_slack_chain_pulls_nothing_until_it_is_taut() {
-    // The box falls freely for the slack of half a meter, and not beyond.
+    // The box falls freely by the slack of half a meter, and no further.
     let (mut world, last) = loaded(100.0, vec3(0.0, -1.5, 0.0), LinkKind::AtMost);
     for id in world.links().map(|l| l.id()).collect::<Vec<_>>() {
         world.link_mut(id).expect("there").set_length(0.05);
@@ -340,7 +342,8 @@ fn a_slack_chain_pulls_nothing_until_it_is_taut() {
         low = low.min(y);
         let t = f32::from(step) * DT;
         if t < 0.3 {
-            // Of a velocity-first step the way is longer by g h t / 2, with h a part of the step.
+            // In a velocity-first step the displacement is longer by g h t / 2, with h a fraction
+            // of the step.
             let fall = 0.5 * 9.81 * t * t;
             assert!((-1.5 - y - fall).abs() < 0.5 * 9.81 * DT * t + 1.0e-3, "{y} after {t} s");
         }
@@ -356,7 +359,7 @@ fn a_box_is_dragged_over_the_floor_by_the_force_of_its_friction() {
     let def = BodyDef::dynamic().with_position([0.0, 0.1, 0.0]).with_mass(1.0);
     let shape = ShapeDef::box_half([0.2, 0.1, 0.2]).with_friction(0.5);
     let sled = world.add_body(def.with_shape(shape)).unwrap();
-    // Level, at the height of the box, by a hand that moves at 1 m/s.
+    // Horizontal, at the height of the box, held by a hand that moves at 1 m/s.
     let mut rope = RopeDef::between([0.2, 0.1, 0.0], [1.2, 0.1, 0.0], 4);
     rope.mass = 0.05;
     rope.particle.gravity_scale = 0.0;
@@ -381,7 +384,7 @@ fn links_tear_at_their_limit_and_not_below() {
     for (load, tears) in [(0.9_f32, false), (1.1, true)] {
         for by_force in [true, false] {
             let mut config = WorldConfig::default();
-            // What creeps falls asleep on the way.
+            // A creeping body would fall asleep on the way.
             config.sleep.enabled = false;
             let mut world = World::new(config).unwrap();
             let pin = world.add_particle(ParticleDef::at([0.0, 5.0, 0.0]).pinned()).unwrap();
@@ -412,7 +415,7 @@ fn links_tear_at_their_limit_and_not_below() {
     }
 }
 
-/// A cloth by two corners with a wave in it, after `steps` steps.
+/// A wavy cloth held by two corners, after `steps` steps.
 fn flag(form: ParticleForm, steps: u32) -> World {
     let mut config = WorldConfig::default();
     (config.particle.form, config.particle.sweeps) = (form, 10);
@@ -432,8 +435,8 @@ fn flag(form: ParticleForm, steps: u32) -> World {
 
 #[test]
 fn projecting_positions_is_a_bias_of_one_over_the_substep_to_rounding() {
-    // Ten steps of 8 substeps of 10 sweeps: 800 roundings of 3 m (1.2e-7 of it each), which a cloth that
-    // swings lets grow by some factor; a method that were another would differ by g h² = 4e-5 m in
+    // Ten steps of 8 substeps of 10 sweeps: 800 roundings of 3 m (1.2e-7 of it each), which a
+    // swinging cloth amplifies by some factor. A different method would differ by g h² = 4e-5 m in
     // every substep.
     let (a, b) = (flag(ParticleForm::Aim, 10), flag(ParticleForm::Verlet, 10));
     let moved = flag(ParticleForm::Aim, 0);
@@ -518,7 +521,7 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     );
     let spring = LinkKind::Spring(LinkSpring::Rate { stiffness: -1.0, damping: 0.0 });
     assert!(refused(&mut world, LinkDef { kind: spring, ..equal }).contains("stiffness"));
-    // At one point, and no length given.
+    // At one point, without a given length.
     let twin = world.add_particle(ParticleDef::default()).unwrap();
     assert!(refused(&mut world, LinkDef { b: twin, ..equal }).contains("length"));
 
@@ -562,7 +565,7 @@ fn what_goes_takes_along_what_hangs_on_it() {
     assert_eq!(world.events().detached, [rope.particles[0], rope.particles[4]]);
     assert!(world.particles().all(|p| p.attachment().is_none()));
     seconds(&mut world, 1);
-    // The freed slot is used again, and the old id stays stale.
+    // The freed slot is reused, and the old id stays stale.
     let new = world.add_particle(ParticleDef::default()).unwrap();
     assert_eq!(new.index(), rope.particles[2].index());
     assert!(world.particle(rope.particles[2]).is_none());
@@ -576,10 +579,11 @@ fn energy_of_particles_is_in_the_books() {
     world.begin_ledger();
     seconds(&mut world, 3);
     let ledger = world.end_ledger().unwrap();
-    // 1 kg, of which two corners are pinned; what swings ends below where it began.
+    // 1 kg, with two corners pinned; the swing ends below its start.
     assert!(ledger.now.potential < ledger.start.potential - 0.5, "{ledger:?}");
     assert!(ledger.now.linear >= 0.0 && ledger.impulses.abs() < 1.0e-9, "{ledger:?}");
-    // Nothing drives it: it can only lose. The push out of what is stretched gives back little.
+    // Nothing drives it, so it can only lose energy. The push out of stretched links returns
+    // little.
     assert!(ledger.dissipated > -0.01 * 9.81, "{ledger:?}");
 }
 

@@ -1,4 +1,5 @@
-//! Bodies on joints that tumble: what turns far in a step is solved in rounds, by the inertia of each.
+//! Tumbling bodies on joints: a body that rotates far in a step is solved in rounds, with its
+//! current inertia in each.
 
 use std::sync::Arc;
 
@@ -10,8 +11,9 @@ use super::scenario_whirl::weightless;
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Three bricks on ball joints at their corners, in nothing, the outer ones turning at half and at one and a half `speed` [rad/s], the one between
-/// at it, about an axis that is none of theirs. They do not collide.
+/// Three bricks on ball joints at their corners, in empty space. The outer ones rotate at half and
+/// at one and a half `speed` [rad/s], the middle one at `speed`, about an axis that is not a
+/// principal one. They do not collide.
 fn add_chain(world: &mut World, middle: Vec3, speed: f32) {
     let half = vec3(0.1, 0.05, 0.02);
     let bricks = [-1.0_f32, 0.0, 1.0].map(|at| {
@@ -39,9 +41,9 @@ fn chain(parts: u16, speed: f32) -> World {
     world
 }
 
-/// How far energy and angular momentum come from their first values in ten seconds, over these.
+/// Relative changes of energy and angular momentum in ten seconds.
 fn drift(mut world: World) -> [f64; 2] {
-    // The joints take from the velocities what is no motion of theirs.
+    // The joints first remove velocities that violate them.
     world.step(DT);
     let start = world.audit();
     let (energy, spin) = (start.energy.total(), start.momentum.about_center);
@@ -56,8 +58,9 @@ fn drift(mut world: World) -> [f64; 2] {
     most
 }
 
-/// The error of rows that know the inertia of one moment is of first order in the time they are kept: that of a round, an eighth of a
-/// step. So is what is left of it; half of that gain is left to the paths, which part.
+/// Rows with the inertia of one moment have a first-order error in the time they are kept: a round,
+/// an eighth of a step. The remaining error is first-order too. The paths diverge, so the test
+/// requires only half of that gain.
 #[test]
 fn a_chain_that_tumbles_keeps_energy_and_spin() {
     for speed in [20.0, 30.0, 40.0] {
@@ -78,7 +81,7 @@ fn a_chain_that_hardly_turns_keeps_its_bits() {
     assert_eq!(end(1), end(4));
 }
 
-/// Some of them tumble, some only go round fast, some turn slowly.
+/// Some of them tumble, some only rotate fast, some rotate slowly.
 #[test]
 fn chains_have_the_same_bits_whoever_takes_them() {
     let end = |threads, level| {

@@ -1,11 +1,11 @@
-//! What turns far in a step while it touches something, what is smaller than the contact margin, and what rests while steps change their
-//! length: docs/decisions/033-rows-made-anew.md.
+//! Bodies that rotate far in a step while touching, bodies smaller than the contact margin, and
+//! bodies at rest while steps change their length: docs/decisions/033-rows-made-anew.md.
 
 use std::sync::Arc;
 
 use drystone::{BodyDef, BodyId, Hull, Mesh, Quat, Shape, ShapeDef, Vec3, World, vec3};
 
-/// A number from 0 to 1 after the other.
+/// A sequence of random numbers from 0 to 1.
 struct Numbers(u32);
 
 impl Numbers {
@@ -21,7 +21,7 @@ impl Numbers {
     }
 }
 
-/// Ground at height 0, `half` wide.
+/// Ground at height 0 with this half width.
 fn floor(kind: &str, half: f32) -> BodyDef {
     let shape = match kind {
         "half-space" => ShapeDef::half_space([0.0, 1.0, 0.0], 0.0),
@@ -69,7 +69,7 @@ fn sticks_and_coins_that_are_thrown_make_no_energy() {
                 let weight = f64::from(world.body(body).unwrap().mass() * 9.81);
                 for _ in 0..240 {
                     world.step(1.0 / 60.0);
-                    // A contact may lift what is in it by a fiftieth of the body's length.
+                    // A contact may lift the body by a fiftieth of its length.
                     let most = start + weight * f64::from(0.02 * l);
                     assert!(
                         energy(&world) <= most,
@@ -84,7 +84,7 @@ fn sticks_and_coins_that_are_thrown_make_no_energy() {
     }
 }
 
-/// The lowest corner of a body of these [m].
+/// Height of the lowest corner of a body with these corners [m].
 fn lowest(world: &World, body: BodyId, corners: &[Vec3]) -> f32 {
     let pose = world.body(body).unwrap().pose();
     corners.iter().map(|p| pose.point(*p).y).fold(f32::MAX, f32::min)
@@ -111,8 +111,9 @@ fn hulls_of_many_corners_that_roll_sink_nowhere() {
         let body = world.add_body(body.with_shape(ShapeDef::new(hull))).unwrap();
         for step in 0..300 {
             world.step(1.0 / 60.0);
-            // One hundredth of its size; a corner comes at up to 2.4 m/s, or 5 mm a substep.
-            // What only rocks gets new points in the middle of the step, when it has turned by half as far.
+            // One hundredth of its size; a corner arrives at up to 2.4 m/s, or 5 mm per substep. A
+            // body that only rocks gets new points in the middle of the step, after half the
+            // rotation.
             let least = if step < 240 { -0.01 } else { -0.005 };
             let low = lowest(&world, body, &corners);
             assert!(low > least, "hull {number} on {kind}, step {step}: {low}");
@@ -133,7 +134,8 @@ fn cubes_thinner_than_the_margin_stand_on_each_other() {
             for _ in 0..300 {
                 world.step(1.0 / 60.0);
             }
-            // Contacts of 54 and 108 Hz give g/ω² and g/4ω² for each cube above: 0.09 and 0.02 mm, in all 0.4 mm at the top.
+            // Contacts of 54 and 108 Hz yield by g/ω² and g/4ω² for each cube above: 0.09 and 0.02
+            // mm, in total 0.4 mm at the top.
             for (cube, height) in cubes.into_iter().zip([0.5, 1.5, 2.5]) {
                 let y = world.body(cube).unwrap().position().y;
                 let least = height * side - 0.0005_f32.min(0.3 * side);
@@ -164,7 +166,8 @@ fn what_rests_stays_at_rest_as_time_slows_down_and_goes_on() {
             for (body, rest) in boxes.into_iter().zip(rest) {
                 let body = world.body(body).unwrap();
                 let (y, v) = (body.position().y, body.linear_velocity().length());
-                // All that the stack gives by its weight is 1.3 mm, and each of its contacts rests within 0.05 mm.
+                // The stack yields by 1.3 mm in total under its weight, and each of its contacts
+                // rests within 0.05 mm.
                 let most = 0.0013 + 5.0 * 5.0e-5;
                 assert!((y - rest).abs() < most, "{kind}, {slower} times slower: {y} for {rest}");
                 assert!(v < 0.02, "{kind}, {slower} times slower: {v} m/s");

@@ -1,4 +1,4 @@
-//! What lies on a body that turns goes round with it, whether that body is carried by itself or by nothing: at any size, step and
+//! Bodies on a rotating body move with it, whether it is kinematic or free: at any size, step and
 //! weight.
 
 use drystone::joint::Hinge;
@@ -6,8 +6,8 @@ use drystone::{BodyDef, BodyId, JointDef, ShapeDef, Vec3, World, vec3};
 
 const GRAVITY: f32 = 9.81;
 
-/// Two cubes at 1.5 sizes from the axis, one on either side so that nothing tilts, of a plate of 2 sizes that turns about a hinge without
-/// friction.
+/// A plate of 2 sizes that rotates about a hinge without friction. Two cubes are at 1.5 sizes from
+/// the axis, on opposite sides so that nothing tilts.
 struct Table {
     world: World,
     plate: BodyId,
@@ -17,7 +17,7 @@ struct Table {
 }
 
 impl Table {
-    /// `density` is that of the cubes [kg/m³], the plate's is 1000. All turn at `speed` [rad/s].
+    /// `density` is that of the cubes [kg/m³]; the plate's is 1000. All rotate at `speed` [rad/s].
     fn new(size: f32, density: f32, speed: f32, friction: f32) -> Self {
         let mut world = World::default();
         let mut config = world.config().clone();
@@ -40,7 +40,7 @@ impl Table {
         Self { world, plate, cubes, size, began: speed }
     }
 
-    /// Goes on until it has turned by so much [rad], at the speed of the start.
+    /// Steps until the table has rotated by `angle` [rad] at its initial speed.
     fn turn(&mut self, angle: f32, dt: f32) {
         let mut turned = 0.0;
         while turned < angle {
@@ -49,7 +49,7 @@ impl Table {
         }
     }
 
-    /// How far each cube is from the axis, in sizes.
+    /// Distance of each cube from the axis, in sizes.
     fn radii(&self) -> [f32; 2] {
         self.cubes.map(|cube| {
             let at = self.world.body(cube).unwrap().position();
@@ -64,7 +64,8 @@ impl Table {
 
 #[test]
 fn what_lies_on_a_plate_that_turns_freely_goes_round_with_it() {
-    // 0.033 rad a step at most: at twice that a cube rocks whose friction is at six tenths of what tips it, on a kinematic plate as well.
+    // 0.033 rad per step at most. At twice that a cube rocks, on a kinematic plate as well, if its
+    // friction is six tenths of the force that tips it.
     for (size, hertz, speed) in [
         (1.0, 30.0, 1.0),
         (1.0, 60.0, 2.0),
@@ -74,17 +75,18 @@ fn what_lies_on_a_plate_that_turns_freely_goes_round_with_it() {
     ] {
         // Both cubes have this part of the plate's moment of inertia about the axis.
         for (density, part) in [(720.0, 0.02), (3600.0, 0.1)] {
-            // Froude's law: at all sizes friction bears the same part of what it can.
+            // Froude's law: at all sizes friction carries the same fraction of its limit.
             let speed = speed / f32::sqrt(size);
             let mut table = Table::new(size, density, speed, 1.0);
             let dt = f32::sqrt(size) / hertz;
-            // In the first radian friction learns what it has to bear.
+            // In the first radian friction adapts to its load.
             table.turn(1.0, dt);
             let began = table.radii();
             table.turn(20.0, dt);
             let of = format!("size {size}, {hertz} Hz, {density} kg/m³");
-            // Nothing brakes and nothing drives. Rows of a step's start, with the angle θ of a step, let the cubes out by θ/2 of their
-            // radius in each radian, and drive the plate by θ/2 of the cubes' part of its inertia.
+            // Nothing brakes or drives. With the rows of a step's start and an angle θ per step,
+            // the cubes drift outward by θ/2 of their radius per radian. They drive the plate by
+            // θ/2 of their fraction of its inertia.
             let first_order = 20.0 * 0.5 * speed * dt;
             let (radii, ratio) = (table.radii(), table.speed() / speed);
             let drifts = [0, 1].map(|i| radii[i] - began[i]);

@@ -1,4 +1,4 @@
-//! Joints that go round fast, or are hit: their islands take substeps in parts.
+//! Joints that rotate fast, or are hit: their islands refine their substeps.
 
 use drystone::joint::Ball;
 use drystone::{
@@ -7,15 +7,16 @@ use drystone::{
 
 const DT: f32 = 1.0 / 60.0;
 
-/// A world without gravity, whose small islands of fast joints take substeps in so many parts.
+/// A world without gravity, whose small islands of fast joints refine substeps by this number of
+/// parts.
 pub(super) fn weightless(parts: u16) -> World {
     let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     config.joint.refine = parts.into();
     World::new(config).unwrap()
 }
 
-/// A bar of 1 kg and 1 m that turns about a post at its end, at this height. A rope that is never taut goes from it to a ball: what
-/// hangs on one ball joint alone is solved in closed form.
+/// A bar of 1 kg and 1 m that rotates about a post at its end, at this height. A rope that is never
+/// taut connects it to a ball: a body on one ball joint alone would be solved in closed form.
 fn add_bar(world: &mut World, height: f32, speed: f32) -> (BodyId, JointId) {
     let post = world.add_body(BodyDef::fixed().with_position([0.0, height, 0.0])).unwrap();
     let mut bar = BodyDef::dynamic()
@@ -31,7 +32,7 @@ fn add_bar(world: &mut World, height: f32, speed: f32) -> (BodyId, JointId) {
     (add_slack(world, bar, height), joint)
 }
 
-/// A ball on a rope from `body` that is never taut: no force, but one island.
+/// A ball on a never taut rope from `body`: no force, but one island.
 fn add_slack(world: &mut World, body: BodyId, height: f32) -> BodyId {
     let ball = BodyDef::dynamic().with_position([0.0, height, 20.0]);
     let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.1))).unwrap();
@@ -40,7 +41,7 @@ fn add_slack(world: &mut World, body: BodyId, height: f32) -> BodyId {
     ball
 }
 
-/// What the joint gives [m] in a second of this turning, at most in its second half.
+/// Maximum gap of the joint in the second half of one second of this rotation [m].
 fn gap(world: &mut World, joint: JointId) -> f32 {
     let mut most = 0.0_f32;
     for step in 0..60 {
@@ -52,7 +53,7 @@ fn gap(world: &mut World, joint: JointId) -> f32 {
     most
 }
 
-/// What a joint of 0.15 of the substep's rate gives under the bar's pull [m].
+/// Gap of a joint of 0.15 of the substep rate under the bar's force [m].
 fn give(speed: f32, parts: u16) -> f32 {
     let omega = 2.0 * core::f32::consts::PI * 0.15 * 480.0 * f32::from(parts);
     0.5 * speed * speed / (omega * omega)
@@ -64,8 +65,9 @@ fn a_fast_bar_is_held_as_the_parts_say() {
         let mut world = weightless(parts);
         let (_, joint) = add_bar(&mut world, 0.0, 60.0);
         let (gap, give) = (gap(&mut world, joint), give(60.0, parts));
-        // Rows that stand still in a substep: the part that is wrong is of the order of its angle, and that angle is
-        // 1/8 for one part. Arms that turn to second order only would make it 29 mm, and more with each part.
+        // Rows are constant in a substep: the relative error is of the order of its angle, which is
+        // 1/8 for one part. Lever arms that rotate to second order only would make it 29 mm, and
+        // more with each part.
         let turn = 60.0 * DT / 8.0 / f32::from(parts);
         assert!((gap / give - 1.0).abs() < 3.0 * turn + 0.02, "{parts}: {gap}, {give}");
     }
@@ -103,8 +105,8 @@ fn a_large_island_is_not_solved_finely_for_one_limb() {
     }
 }
 
-/// What the joint of two balls, one above the other, gives [m] in the step in which the lower one hits the floor at this speed, an
-/// eighth of a step after its start.
+/// Gap of the joint of two balls, one above the other [m], in the step in which the lower one hits
+/// the floor at this speed, an eighth of a step after its start.
 fn give_of_a_hit(speed: f32, parts: u16, others: u8) -> f32 {
     let mut world = weightless(parts);
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space(Vec3::Y, 0.0))).unwrap();
@@ -131,8 +133,9 @@ fn give_of_a_hit(speed: f32, parts: u16, others: u8) -> f32 {
 
 #[test]
 fn a_blow_on_joints_is_solved_in_parts() {
-    // The upper ball goes on for a substep before the joint holds it, v h = 42 mm, and six substeps are left to close that, each by a
-    // part of it: 42 mm 0.7^6 = 5 mm if that is 0.3. In parts it goes on for a quarter of that, and there are 27 to close it.
+    // The upper ball continues for a substep before the joint holds it, v h = 42 mm, and six
+    // substeps remain to close that, each by a fraction: 42 mm 0.7^6 = 5 mm for a fraction of 0.3.
+    // With refinement it continues for a quarter of that, and 27 substeps remain.
     let [whole, fine] = [1, 4].map(|parts| give_of_a_hit(20.0, parts, 0));
     assert!(whole > 3.0e-3, "{whole}");
     assert!(fine < 0.25 * whole, "{fine}, {whole}");
@@ -140,14 +143,15 @@ fn a_blow_on_joints_is_solved_in_parts() {
 
 #[test]
 fn a_gentle_touch_and_a_large_island_are_not_solved_in_parts() {
-    // 2 mm a substep, where 3 mm are three hundredths of the radius.
+    // 2 mm per substep, where 3 mm are three hundredths of the radius.
     for (speed, others) in [(1.0, 0), (20.0, 64)] {
         let [whole, fine] = [1, 4].map(|parts| give_of_a_hit(speed, parts, others));
         assert!(whole > 0.0 && whole.to_bits() == fine.to_bits(), "{speed}: {whole}, {fine}");
     }
 }
 
-/// At what speed a ball of 1 kg comes back [m/s] that hits a held block of 2 kg at 5 m/s, after so many hundredths of a step.
+/// Rebound speed of a ball of 1 kg that hits a held block of 2 kg at 5 m/s, at this many hundredths
+/// of a step [m/s].
 fn speed_after_a_hit(hundredths: u8, parts: u16) -> f32 {
     let mut world = weightless(parts);
     let post = world.add_body(BodyDef::fixed()).unwrap();
@@ -167,9 +171,10 @@ fn speed_after_a_hit(hundredths: u8, parts: u16) -> f32 {
 
 #[test]
 fn a_blow_of_a_steps_last_part_counts_once() {
-    // Impulses are kept as those of whole substeps, four times those of the last part: a blow that came in that would
-    // send the ball back at up to (4 - 1) 5 m/s times 1 kg by the mass of both. Nothing should; a joint that gives does by
-    // some. In parts it gives less, so whenever the blow comes the ball is slower than in whole substeps.
+    // Impulses are stored for whole substeps, four times those of the last part. An impact in that
+    // part would return the ball at up to (4 - 1) 5 m/s times 1 kg over the mass of both. It should
+    // not rebound at all; a joint that yields returns some speed. With refinement it yields less,
+    // so at any time of impact the ball is slower than in whole substeps.
     let fastest = |parts| {
         (0..100).step_by(3).map(|at| speed_after_a_hit(at, parts)).fold(f32::NEG_INFINITY, f32::max)
     };

@@ -1,4 +1,5 @@
-//! Joints that stand wide open, as after a body was put elsewhere: classic methods close them at the speed of all joints, and throw nothing.
+//! Joints with wide gaps, as after a body was moved: classic methods close them at a common speed,
+//! and throw nothing.
 
 use drystone::joint::SixDof;
 use drystone::method::Method;
@@ -6,10 +7,11 @@ use drystone::{BodyDef, JointDef, JointKind, ShapeDef, Vec3, World, WorldConfig}
 
 const DT: f32 = 1.0 / 60.0;
 
-/// Joints close at 3 m/s, and what is wide open at up to 10 m/s more.
+/// Joints close at 3 m/s, and wide gaps at up to 10 m/s more.
 const FASTEST: f32 = 13.0;
 
-/// The greatest speed at which a joint draws a ball from this far away: of its way in a step, or what it keeps.
+/// Maximum speed at which a joint closes this gap: of the ball's displacement per step, or its
+/// stored velocity.
 fn speed_of_closing(method: &str, kind: JointKind, gap: f32) -> f32 {
     let method = Method::named(method).unwrap();
     let mut world =
@@ -41,7 +43,8 @@ fn a_wide_gap_closes_no_faster_than_the_caps_in_classic_methods() {
         for (name, kind) in kinds {
             for gap in [2.0, 20.0, 200.0] {
                 let speed = speed_of_closing(method, kind, gap);
-                // A way is the difference of two places, each rounded to 2^-24 of the gap.
+                // A displacement is the difference of two positions, each rounded to 2^-24 of the
+                // gap.
                 let rounding = 2.0 * gap * f32::EPSILON / DT + 10.0 * FASTEST * f32::EPSILON;
                 assert!(
                     speed > 1.0 && speed < FASTEST + rounding,

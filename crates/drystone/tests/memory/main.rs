@@ -1,5 +1,5 @@
-//! What a world takes of memory: a warm step allocates nothing, and a body with its contacts is small.
-//! A binary of its own: it counts every allocation of the thread that steps.
+//! Memory of a world: a warm step allocates nothing, and a body with its contacts is small. This is
+//! a separate binary because it counts every allocation of the stepping thread.
 #![expect(unsafe_code, reason = "a global allocator is an unsafe trait")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests outside test functions")]
 
@@ -28,7 +28,7 @@ fn signed(size: usize) -> i64 {
     i64::try_from(size).unwrap_or(i64::MAX)
 }
 
-// SAFETY: everything is passed on to the system's allocator; counting allocates nothing.
+// SAFETY: forwards all calls to the system's allocator; counting allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(1, signed(layout.size()));
@@ -60,7 +60,7 @@ fn steps(world: &mut World, n: u32) {
     }
 }
 
-/// Allocations of `n` steps.
+/// Number of allocations in `n` steps.
 fn calls_of(world: &mut World, n: u32) -> u64 {
     let before = CALLS.get();
     steps(world, n);
@@ -124,7 +124,7 @@ fn pile(world: &mut World, n: u32) -> Vec<BodyId> {
 fn a_settled_world_allocates_nothing() {
     let mut world = world(false);
     pyramid(&mut world, 30);
-    // By then lists that the first step filled have given back what no other needs.
+    // By then lists filled by the first step have released unneeded memory.
     steps(&mut world, 140);
     assert_eq!(calls_of(&mut world, 100), 0);
 }
@@ -158,7 +158,7 @@ fn drawing_a_world_and_another_origin_allocate_nothing() {
     assert!(lines.0 > 55 * 24, "{}", lines.0);
 }
 
-/// Leaves everything as it is.
+/// Hooks that change nothing.
 struct Asked;
 
 impl ContactHooks for Asked {
@@ -186,7 +186,7 @@ fn a_step_that_asks_hooks_allocates_nothing() {
     assert_eq!(CALLS.get() - before, 0);
 }
 
-/// As if somebody had four threads of his own.
+/// An executor with four threads of the user.
 #[derive(Debug)]
 struct InTurn;
 
@@ -208,14 +208,14 @@ fn a_step_on_threads_of_a_user_allocates_nothing() {
     assert_eq!(calls_of(&mut world, 100), 0);
 }
 
-/// Lists still grow when a scene reaches a new maximum, ever more rarely: in two of three times a hundred steps, fewer
-/// than one of ten does so. What is allocated by every step, or whenever something begins or ends, would be seen in
-/// most steps of them all.
+/// Lists still grow when a scene reaches a new maximum, but ever more rarely: in two of three
+/// series of a hundred steps, fewer than one step in ten allocates. An allocation in every step, or
+/// whenever a contact begins or ends, would show in most steps of all series.
 fn grows_rarely(steps_of_100: &[usize]) -> bool {
     3 * steps_of_100.iter().filter(|n| **n < 10).count() >= 2 * steps_of_100.len()
 }
 
-/// How many of a hundred steps allocate.
+/// Number of steps in a hundred that allocate.
 fn steps_that_allocate(world: &mut World) -> usize {
     (0..100).filter(|_| calls_of(world, 1) > 0).count()
 }
@@ -242,7 +242,7 @@ fn a_stirred_pile_allocates_nothing() {
     assert!(grows_rarely(&steps), "{steps:?}");
 }
 
-/// A bowl of triangles, each smaller than what rolls about in it; gravity swings around.
+/// A bowl of triangles, each smaller than the bodies that roll in it; gravity rotates.
 #[test]
 fn bodies_that_roll_over_a_mesh_allocate_nothing() {
     let mut world = world(false);
@@ -286,7 +286,8 @@ fn bodies_that_roll_over_a_mesh_allocate_nothing() {
     assert!(grows_rarely(&steps), "{steps:?}");
 }
 
-/// A cloth and dust on loose boxes that an arm stirs, ropes that hold others; links tear now and then.
+/// A cloth and dust on loose boxes that an arm stirs, and ropes that hold others; links
+/// occasionally tear.
 #[test]
 fn particles_allocate_nothing() {
     let mut world = world(true);
@@ -342,7 +343,8 @@ fn falling_asleep_and_waking_allocate_nothing() {
     assert!(calls.iter().filter(|n| **n == 0).count() >= 2, "{calls:?}");
 }
 
-/// A glued wall that stands, a glued rod that spins, and cubes that could break: loads are found in every step.
+/// A standing glued wall, a spinning glued rod, and breakable cubes: loads are computed in every
+/// step.
 #[test]
 fn what_can_break_and_does_not_allocates_nothing() {
     let mut world = world(false);
@@ -375,7 +377,8 @@ fn what_can_break_and_does_not_allocates_nothing() {
     assert!(world.bodies().flat_map(|b| b.bonds()).any(|b| b.load > 0.0));
 }
 
-/// A pile that an arm stirs, people of capsules, a rope, a glued wall: something of everything that has lists of its own.
+/// A pile that an arm stirs, ragdolls of capsules, a rope, a glued wall: one of each object with
+/// its own lists.
 fn varied() -> World {
     let mut world = world(true);
     let bodies = pile(&mut world, 120);
@@ -411,7 +414,8 @@ fn varied() -> World {
     world
 }
 
-/// Eight frames forward and back to the first of them, over and over, as a game does that learns late what others did.
+/// Eight frames forward and back to the first of them, repeatedly, like a game that gets remote
+/// input late.
 #[test]
 fn keeping_states_and_going_back_to_them_allocates_nothing() {
     let mut world = varied();
@@ -428,7 +432,7 @@ fn keeping_states_and_going_back_to_them_allocates_nothing() {
         let before = CALLS.get();
         world.clone_from(&kept[0]);
         all += CALLS.get() - before;
-        // The step after it makes its plan anew, in the memory of the one that it had.
+        // The next step rebuilds its plan, in the memory of the previous plan.
         all += calls_of(&mut world, 1);
         world.clone_from(&kept[0]);
         calls.push(all);
@@ -437,7 +441,8 @@ fn keeping_states_and_going_back_to_them_allocates_nothing() {
     assert_eq!(calls[1..], [0; 3], "{calls:?}");
 }
 
-/// Of what has a list of its own in each row (joints of six axes, bodies of many shapes) the small world has as many.
+/// For objects with a list in each row (six-axis joints, bodies of many shapes) the small world has
+/// the same number.
 #[test]
 fn a_copy_of_a_smaller_world_keeps_its_room_for_the_larger_one() {
     let mut large = varied();
@@ -445,8 +450,8 @@ fn a_copy_of_a_smaller_world_keeps_its_room_for_the_larger_one() {
     pile(&mut large, 500);
     steps(&mut large, 30);
     let mut copy = World::default();
-    // Some lists of the small one are longer, such as those of what began to touch in the last step; and the first way there
-    // makes room for levels of trees that are left over.
+    // Some lists of the small world are longer, such as those of touches that began in the last
+    // step. The first copy also allocates levels of trees that remain unused.
     for world in [&large, &small, &large] {
         copy.clone_from(world);
     }
@@ -486,12 +491,13 @@ fn queries_into_warm_lists_allocate_nothing() {
     assert_eq!(CALLS.get() - before, 0);
 }
 
-/// The goal is two kilobytes, which a body takes in a pile and in a field of small pyramids, where the solver's blocks are
-/// those of a worker's largest group. In one large pyramid it takes more: of its 2.9 contacts 0.75 KB,
-/// the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to
-/// spare, the set of pairs and the trees. Marks by which rest is told from the start of a motion take 0.2 KB more of each body,
-/// which is beyond the goal (docs/decisions/030-what-may-sleep.md), and sums of what contacts give in a step another 0.08. The
-/// limits are what it is, and a hundredth.
+/// The goal is two kilobytes. A body meets it in a pile and in a field of small pyramids, where the
+/// solver's blocks are those of a worker's largest group. In one large pyramid it takes more: its
+/// 2.9 contacts take 0.75 KB, the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21,
+/// probes 0.19. The rest is spare capacity of lists, the set of pairs and the trees. Marks that
+/// track rest from the start of a motion take another 0.2 KB per body, which exceeds the goal
+/// (docs/decisions/030-what-may-sleep.md). Sums of contact impulses in a step take another 0.08.
+/// The limits are the current values plus a hundredth.
 #[test]
 fn a_body_with_its_contacts_takes_as_little_as_it_did() {
     let mut made = Vec::new();
@@ -506,7 +512,7 @@ fn a_body_with_its_contacts_takes_as_little_as_it_did() {
             fixed_box(&mut world, [400.0, 1.0, 500.0], [0.0, -1.0, 0.0]);
             (0..182).for_each(|i| pyramid_at(&mut world, 10, 5.0 * (i as f32 - 91.0)));
         }
-        // A second after the last blow the room for blows is given back.
+        // A second after the last impact its memory is released.
         steps(&mut world, 480);
         let counts = world.counts();
         let bytes = (BYTES.get() - before) / i64::try_from(counts.dynamic).unwrap();

@@ -1,4 +1,4 @@
-//! Bodies, changed while they live.
+//! Changes to existing bodies.
 
 use std::collections::BTreeSet;
 
@@ -97,9 +97,9 @@ fn a_static_body_made_dynamic_carries_on_what_stands_on_it() {
                 let mass = stack.world.body(stack.cubes[0]).unwrap().mass();
                 assert_eq!(mass, stack.world.body(stack.cubes[1]).unwrap().mass(), "{of}");
                 assert_eq!(stack.world.counts().asleep, 0, "{of}");
-                // The contact with the floor is new, and takes up what stands there.
+                // The contact with the floor is new, and gets the load of the cubes above.
                 stack.stands(&of, 60, 0.01 * size);
-                // It touches the floor now, and no other touch ended.
+                // The cube touches the floor now, and no other touch ended.
                 assert!(stack.world.contacts().any(|c| c.body_a() == stack.floor), "{of}");
             }
         }
@@ -121,16 +121,16 @@ fn a_dynamic_body_made_static_keeps_what_leans_on_it() {
                 assert!(events.contact_end.is_empty() && events.contact_begin.is_empty(), "{of}");
             }
             stack.stands(&of, 60, 0.01);
-            // What was under it can go.
+            // The body below can be removed.
             assert!(stack.world.remove_body(stack.cubes[0]));
             assert!(stack.world.remove_body(stack.cubes[1]));
             stack.cubes.drain(..2);
             stack.stands(&of, 60, 0.01);
-            // And it falls with the others when it is dynamic again.
+            // It falls with the others once it is dynamic again.
             stack.world.body_mut(id).unwrap().set_kind(BodyKind::Dynamic).unwrap();
             let before = stack.places();
             stack.steps(20);
-            // Half g t² of 20 steps of 8 substeps each, and a substep more.
+            // ½ g t² for 20 steps of 8 substeps each, and one substep more.
             let fall = 0.5 * GRAVITY * (20.0 * DT) * (20.0 * DT + DT / 8.0);
             for (a, b) in before.iter().zip(stack.places()) {
                 assert!((a.y - b.y - fall).abs() < 0.02, "{of}: {} m, not {fall}", a.y - b.y);
@@ -183,7 +183,7 @@ fn what_is_disabled_stays_as_it_is_and_goes_on_when_it_is_enabled() {
     world.body_mut(ball).unwrap().set_enabled(false);
     assert_eq!(world.kinetic_energy(), 0.0);
     assert_eq!(world.audit().momentum.mass, 0.0);
-    // Something else may stand in its place meanwhile.
+    // Another body may take its place meanwhile.
     let wall = world.add_body(wall.with_shape(ShapeDef::box_half([1.0; 3]))).unwrap();
     for _ in 0..30 {
         world.step(DT);
@@ -193,7 +193,7 @@ fn what_is_disabled_stays_as_it_is_and_goes_on_when_it_is_enabled() {
     assert_eq!((body.pose(), body.linear_velocity()), (pose, vec3(2.0, 1.0, 0.0)));
     assert!(!body.is_asleep() && !body.is_enabled() && !body.is_faulted());
     assert_eq!(world.body(wall).unwrap().linear_velocity(), Vec3::ZERO);
-    // Forces are for what is in the world.
+    // Forces only act on bodies in the world.
     world.body_mut(ball).unwrap().apply_impulse([1.0, 0.0, 0.0]);
     assert!(world.remove_body(wall));
     world.body_mut(ball).unwrap().set_enabled(true);
@@ -217,7 +217,7 @@ fn joints_of_what_is_disabled_are_idle_until_it_is_enabled() {
     for _ in 0..20 {
         world.step(DT);
     }
-    // The lowest falls freely, the first still hangs.
+    // The lowest ball falls freely, the first still hangs.
     let fallen = place.y - world.body(last).unwrap().position().y;
     let start = world.body(last).unwrap().linear_velocity().y;
     assert!(fallen > 0.3 && start < -GRAVITY * 18.0 * DT, "{fallen} m, {start} m/s");
@@ -244,7 +244,7 @@ fn ropes_fall_from_what_is_disabled_and_are_held_again() {
         let top = rope.particles[0];
         assert!(world.particle_mut(top).expect("there").attach(post, [0.0; 3]).is_ok());
         let height = |world: &World| world.particle(top).unwrap().position().y;
-        // Until it sleeps, whatever is next.
+        // Runs until it sleeps.
         let rest = |world: &mut World| (0..600).for_each(|_| world.step(DT));
         rest(&mut world);
         assert!(height(&world) > 4.9, "{kind:?}");
@@ -274,7 +274,7 @@ fn what_is_put_to_sleep_by_hand_sleeps_in_the_air_until_it_is_woken() {
     assert_eq!(world.body(a).unwrap().linear_velocity(), Vec3::ZERO);
     world.step(DT);
     assert_eq!(world.events().sleep, [a]);
-    // In turn, and what comes of it is what is told.
+    // The calls cancel, so the step reports no event.
     world.body_mut(a).unwrap().wake();
     world.body_mut(a).unwrap().sleep();
     world.step(DT);
@@ -287,7 +287,7 @@ fn what_is_put_to_sleep_by_hand_sleeps_in_the_air_until_it_is_woken() {
             woken = woken.or(Some(step));
         }
     }
-    // The other one is 3 m above, and falls already.
+    // The other body starts 3 m above, and is already falling.
     assert!(woken.is_some_and(|step| step > 20 && step < 60), "{woken:?}");
     assert!(world.body(b).unwrap().position().y < 5.0);
 }
@@ -312,7 +312,8 @@ fn sleep_by_hand_is_that_of_all_that_is_connected_and_of_nothing_else() {
 
 #[test]
 fn masses_change_under_load_and_come_back() {
-    // What is much heavier is below, as stacks of which it is above sag by their solver.
+    // Much heavier bodies are at the bottom, because a stack below a heavy body sags by solver
+    // error.
     let all = [0.1, 10.0].into_iter().flat_map(|factor| [0, 2, 4].map(|cube| (factor, cube)));
     for (factor, cube) in all.chain([(1.0e3, 0), (1.0e-3, 4)]) {
         for under in FLOORS {
@@ -382,7 +383,7 @@ fn a_correction_that_changes_nothing_wakes_nothing() {
     assert!(stack.world.snapshot() == bytes);
     stack.world.step(DT);
     assert_eq!(stack.world.state_hash(), hash);
-    // Awake and flying, the same.
+    // The same for an awake body in flight.
     let mut body = stack.world.body_mut(stack.cubes[4]).unwrap();
     body.apply_impulse([3000.0, 5000.0, 0.0]);
     body.apply_angular_impulse([100.0, 50.0, 20.0]);
@@ -394,7 +395,7 @@ fn a_correction_that_changes_nothing_wakes_nothing() {
     twin.step(DT);
     stack.world.step(DT);
     assert_eq!(twin.state_hash(), stack.world.state_hash());
-    // A difference is taken, and wakes.
+    // A real change is applied, and wakes the body.
     let mut stack = Stack::new(Floor::Box, 1.0, BodyKind::Dynamic).asleep();
     let (id, pose, v, w) = states(&stack.world)[5];
     let pose = Pose { position: pose.position + Vec3::Y * 1.0e-3, ..pose };
@@ -432,7 +433,7 @@ fn what_breaks_breaks_only_while_it_is_dynamic() {
         }
         world.body_mut(body).unwrap().set_kind(BodyKind::Dynamic).unwrap();
         if world.body(body).unwrap().fracture().is_some() {
-            // What is out of the world brings no pieces into it.
+            // A body outside the world adds no pieces to it.
             world.body_mut(body).unwrap().set_enabled(false);
             let refused =
                 world.body_mut(body).expect("there").break_at(at, &Fracture::by_impulse(1.0));
@@ -507,7 +508,7 @@ fn what_starts_disabled_is_out_until_it_is_enabled() {
     };
     let out = BodyDef { position: vec3(0.0, 5.0, 0.0), ..cube(0.0) };
     let out = world.add_body(out.starts_disabled()).unwrap();
-    // The ball in the middle of a plate: the plate alone carries while it is out.
+    // The ball is in the middle of a plate, and the plate alone carries while it is out.
     let plate = ShapeDef::box_half([0.5, 0.1, 0.5]);
     let ball = ShapeDef::sphere(0.5).starts_disabled();
     let mass =

@@ -1,4 +1,4 @@
-//! Calls of each frame, settings and rules, in every state; and that none of them moves what stands.
+//! Per-frame calls, settings and rules in every state; none of them may move a resting body.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use drystone::{
 
 use super::{FLOORS, Stack, each_in_all_states, shape_of};
 
-/// A call that has nothing to answer.
+/// A call without a result.
 type Told = fn(&mut World, BodyId, ShapeId);
 
 fn told_in_all_states(calls: &[(&str, Told)]) {
@@ -163,7 +163,8 @@ fn worlds_change_in_any_state() {
     ]);
 }
 
-/// What changes no force and no place moves nothing that stands: awake or asleep, on any floor, at the bottom or in the middle.
+/// Changes that affect no force and no pose must not move a resting body: awake or asleep, on any
+/// floor, at the bottom or in the middle.
 #[test]
 fn settings_move_nothing_that_stands() {
     let calls: &[(&str, Told)] = &[
@@ -213,7 +214,7 @@ fn settings_move_nothing_that_stands() {
                     let body = stack.cubes[cube];
                     let shape = shape_of(&stack.world, body);
                     call(&mut stack.world, body, shape);
-                    // Cubes that are not yet at rest sag by their solver.
+                    // Cubes that are not yet at rest sag by solver error.
                     stack.stands(&format!("{name}: cube {cube} on {under:?}, {asleep}"), 40, 0.02);
                 }
             }

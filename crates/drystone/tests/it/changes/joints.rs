@@ -1,4 +1,4 @@
-//! Joints, changed while they live.
+//! Changes to existing joints.
 
 use drystone::breakage::JointStrength;
 use drystone::joint::{
@@ -13,7 +13,7 @@ use drystone::{
 
 use super::{DT, Floor, GRAVITY, JOLT, Stack, goes_on};
 
-/// One joint of each kind and a gear, all of things that hang from a beam.
+/// One joint of each kind and a gear; all bodies hang from a beam.
 struct Machine {
     world: World,
     beam: BodyId,
@@ -69,7 +69,7 @@ impl Machine {
         }
     }
 
-    /// The body that hangs on a joint.
+    /// The body that hangs from a joint.
     fn hung(&self, joint: JointId) -> BodyId {
         self.world.joint(joint).unwrap().body_b()
     }
@@ -153,7 +153,7 @@ fn joints_change_in_any_state() {
     in_any_state(changes);
 }
 
-/// Makes each change while the machine swings and when it rests, and goes on.
+/// Makes each change while the machine swings and while it rests, and continues.
 fn in_any_state(changes: &[(&str, Change)]) {
     for (name, change) in changes {
         for rests in [0, 1200] {
@@ -287,7 +287,7 @@ fn lengths_and_anchors_lead_where_they_say_and_the_same_ones_move_nothing() {
     machine.steps(600);
     let errors = machine.world.audit().joints;
     assert!(errors.linear < 5.0e-3, "{errors:?}");
-    // The top of the cube is 0.7 m under the beam's middle.
+    // The top of the cube is 0.7 m below the beam's middle.
     let y = machine.world.body(weight).unwrap().position().y;
     assert!((y - (10.0 - 0.7 - 0.3)).abs() < 0.05, "{y} m");
 }
@@ -305,7 +305,7 @@ fn a_joint_that_is_off_does_nothing_and_takes_over_again() {
     let fall = before - machine.world.body(id).unwrap().position().y;
     let expected = 0.5 * GRAVITY * (20.0 * DT) * (20.0 * DT + DT / 8.0);
     assert!((fall - expected).abs() < 0.02, "{fall} m");
-    // Its error is nobody's meanwhile.
+    // The audit ignores its error meanwhile.
     assert!(machine.world.audit().joints.linear < 0.05);
     machine.world.joint_mut(machine.ball).unwrap().set_enabled(true);
     machine.steps(300);
@@ -319,10 +319,12 @@ fn a_joint_of_another_kind_holds_what_that_kind_holds() {
     let id = machine.hung(machine.ball);
     // A rod of 1 m from the beam's anchor to the cube's.
     machine.world.joint_mut(machine.ball).unwrap().set_kind(Distance::exact(1.0)).unwrap();
-    // A pendulum of 2.5 m swings once in three seconds: after 30 s nothing is left of that, nor of the force that it takes.
+    // A pendulum of 2.5 m has a period of three seconds: after 30 s its swing is damped out, and so
+    // is the force of the swing.
     machine.world.body_mut(id).unwrap().set_damping(2.0, 2.0);
     machine.steps(1800);
-    // Damping takes its part of what gravity gives in each substep, and of the force by as much.
+    // Damping removes a fraction of the speed that gravity adds in each substep, and the same
+    // fraction of the force.
     machine.world.body_mut(id).unwrap().set_damping(0.0, 0.0);
     machine.world.body_mut(id).unwrap().wake();
     machine.steps(60);
@@ -331,7 +333,8 @@ fn a_joint_of_another_kind_holds_what_that_kind_holds() {
     let weight = machine.world.body(id).unwrap().mass() * GRAVITY;
     let force = joint.force().length();
     assert!((force / weight - 1.0).abs() < 1.0e-3, "{force} N of {weight}");
-    // Held where it is, however its bodies are turned: the frames are theirs, and their angle is what is held.
+    // Held in its current pose at any rotation of its bodies, because the frames belong to the
+    // bodies and the joint holds their relative angle.
     let before = machine.world.body(id).unwrap().pose();
     let top = before.point(vec3(0.0, 1.5, 0.0));
     let on_beam = machine.world.body(machine.beam).unwrap().pose().local_point(top);
@@ -392,7 +395,7 @@ fn what_no_joint_can_be_is_refused_by_name() {
     let mut machine = Machine::new();
     let before = machine.world.snapshot();
     let Machine { world, beam, ball, rope, hinges, gear, pulley } = &mut machine;
-    // On a copy: what is refused of a call of each frame is a fault of the next step.
+    // On a copy, because a refused per-frame call is a fault in the next step.
     let lengths = |world: &World, id: JointId, min: f32, max: f32| {
         let call = Call::Joint(id, JointCall::SetLengths(min, max));
         world.clone().apply(&call).unwrap_err().field().to_owned()

@@ -1,6 +1,6 @@
-//! What can be changed while it lives, whatever state it is in: awake, asleep, in contact, on joints, in a body that
-//! breaks, saved right after. Masses and events are right, nothing jumps that stands, and all goes on with the same bits from a
-//! snapshot and with more threads.
+//! Changes in every state: awake, asleep, in contact, on joints, in a breakable body, and saved
+//! right after. Masses and events are correct, and a resting body does not jump. The run continues
+//! with the same bits from a snapshot and with more threads.
 #![expect(clippy::float_cmp, reason = "what is told is what was set, bit by bit")]
 
 mod bodies;
@@ -25,15 +25,16 @@ use crate::floors::{FLOORS, Floor, ground};
 const DT: f32 = 1.0 / 60.0;
 const GRAVITY: f32 = 9.81;
 
-/// What gravity gives in one of eight substeps: what stands may not get faster by a change [m/s].
+/// Maximum speed that a change may give a resting body: the speed gravity adds in one of eight
+/// substeps [m/s].
 const JOLT: f32 = GRAVITY * DT / 8.0;
 
-/// A static floor whose top is at height 0, for things of this size [m].
+/// A static floor with its top at height 0, for bodies of this size [m].
 fn floor(world: &mut World, floor: Floor, size: f32) -> BodyId {
     ground(world, floor, [40.0 * size, size])
 }
 
-/// A floor and cubes on each other.
+/// A floor and a stack of cubes.
 struct Stack {
     world: World,
     floor: BodyId,
@@ -41,7 +42,7 @@ struct Stack {
 }
 
 impl Stack {
-    /// So many cubes with edges of this size [m], at rest; the kind is that of the lowest.
+    /// A stack of `count` cubes with edges of this size [m], at rest; `kind` is that of the lowest.
     fn new(under: Floor, size: f32, kind: BodyKind) -> Self {
         let mut world = World::default();
         let floor = floor(&mut world, under, size);
@@ -53,7 +54,7 @@ impl Stack {
         });
         let cubes = cubes.collect();
         let mut stack = Self { world, floor, cubes };
-        // Half a second of rest would be sleep.
+        // Half a second of rest would put them to sleep.
         stack.steps(20);
         stack
     }
@@ -64,7 +65,7 @@ impl Stack {
         }
     }
 
-    /// Until all sleep.
+    /// Runs until all sleep.
     fn asleep(mut self) -> Self {
         let sleeps = |world: &World| world.counts().asleep == world.counts().dynamic;
         let mut left = 600;
@@ -80,12 +81,13 @@ impl Stack {
         self.cubes.iter().map(|id| self.world.body(*id).unwrap().position()).collect()
     }
 
-    /// Steps on, and asserts that no cube gets faster than by a substep of gravity, or leaves its place by more than `way` [m].
+    /// Steps and asserts that no cube gets faster than gravity in one substep, or leaves its place
+    /// by more than `way` [m].
     fn stands(&mut self, of: &str, count: u32, way: f32) {
         self.is_no_faster(of, count, way, JOLT);
     }
 
-    /// The same, with a greatest speed [m/s].
+    /// As `stands`, with a given maximum speed [m/s].
     fn is_no_faster(&mut self, of: &str, count: u32, way: f32, limit: f32) {
         let places = self.places();
         for step in 0..count {
@@ -100,13 +102,14 @@ impl Stack {
         }
     }
 
-    /// How fast cubes get whose contacts learn other loads [m/s]: a substep hands a load on by one contact.
+    /// Maximum speed of cubes whose contacts adapt to new loads [m/s]: a substep passes a load on
+    /// by one contact.
     fn speed_of_new_loads(&self) -> f32 {
         JOLT * self.cubes.len() as f32
     }
 }
 
-/// Which pairs touch, by the events.
+/// Touching pairs, according to the events.
 #[derive(Clone, Default)]
 struct Touches {
     contacts: BTreeSet<[ShapeId; 2]>,
@@ -114,7 +117,8 @@ struct Touches {
 }
 
 impl Touches {
-    /// Follows the events of a step: each end is of a touch that began, each begin of one that did not yet.
+    /// Applies the events of a step: an end must belong to an existing touch, and a begin to a new
+    /// one.
     fn follow(&mut self, world: &World, of: &str) {
         let events = world.events();
         let sorted = |a: ShapeId, b: ShapeId| [a.min(b), a.max(b)];
@@ -124,7 +128,7 @@ impl Touches {
         for e in &events.contact_begin {
             assert!(self.contacts.insert(sorted(e.shape_a, e.shape_b)), "{of}: {e:?} began twice");
         }
-        // In one step a visitor may come and go, or go by a change and come again.
+        // A visitor may enter and leave in one step, or leave because of a change and enter again.
         for e in &events.sensor_enter {
             *self.visits.entry([e.sensor, e.visitor]).or_default() += 1;
         }
@@ -136,11 +140,11 @@ impl Touches {
     }
 }
 
-/// A world in which something is to be changed.
+/// A world with an object to change.
 struct Scene {
     name: &'static str,
     world: World,
-    /// That something, and its first shape.
+    /// That object, and its first shape.
     body: BodyId,
     shape: ShapeId,
     touches: Touches,
@@ -158,7 +162,7 @@ impl Scene {
     }
 }
 
-/// Cubes of 1 m on each other on a floor; the second is named.
+/// Cubes of 1 m stacked on a floor; the second one is returned.
 fn stack_of_cubes(under: Floor) -> (World, BodyId) {
     let mut world = World::default();
     floor(&mut world, under, 1.0);
@@ -170,7 +174,7 @@ fn stack_of_cubes(under: Floor) -> (World, BodyId) {
     (world, cubes[1])
 }
 
-/// A ball on a chain of balls under the ceiling, that swings; the second is named.
+/// A ball on a swinging chain of balls under the ceiling; the second ball is returned.
 fn chain() -> (World, BodyId) {
     let mut world = World::default();
     let ceiling = BodyDef::fixed().with_position([0.0, 6.0, 0.0]);
@@ -191,7 +195,7 @@ fn chain() -> (World, BodyId) {
     (world, named)
 }
 
-/// Three cubes glued together on a floor, with a ball on them.
+/// Three glued cubes on a floor, with a ball on top.
 fn glued() -> (World, BodyId) {
     let mut world = World::default();
     floor(&mut world, Floor::Box, 1.0);
@@ -206,7 +210,7 @@ fn glued() -> (World, BodyId) {
     (world, rod)
 }
 
-/// A brittle cube on a floor, under another.
+/// A brittle cube on a floor, under another cube.
 fn brittle() -> (World, BodyId) {
     let mut world = World::default();
     floor(&mut world, Floor::HalfSpace, 1.0);
@@ -234,7 +238,7 @@ fn step_in_sensor() -> (World, BodyId) {
     (world, step)
 }
 
-/// A lift that goes up under a cube.
+/// A lift that rises under a cube.
 fn lift() -> (World, BodyId) {
     let mut world = World::default();
     floor(&mut world, Floor::HalfSpace, 1.0);
@@ -248,7 +252,8 @@ fn lift() -> (World, BodyId) {
     (world, lift)
 }
 
-/// Scenes with things in all states; those of 20 steps are awake, those of 400 asleep where anything can sleep.
+/// Scenes with bodies in all states. After 20 steps they are awake; after 400 everything that can
+/// sleep is asleep.
 fn scenes() -> Vec<Scene> {
     let mut scenes = Vec::new();
     for (under, name) in FLOORS.into_iter().zip(["half-space", "box", "mesh"]) {
@@ -271,16 +276,16 @@ fn scenes() -> Vec<Scene> {
     scenes
 }
 
-/// A change; what is refused is refused for good, and changes nothing.
+/// A change. A refused change stays refused, and has no effect.
 type Change = fn(&mut World, BodyId, ShapeId) -> Result<(), DefError>;
 
-/// A change that may hold something.
+/// A change that may capture values.
 type Making<'a> = dyn Fn(&mut World, BodyId, ShapeId) -> Result<(), DefError> + 'a;
 
-/// A name, and changes with a step between them.
+/// A name, and changes separated by one step each.
 type Changes<'a> = (&'a str, &'a [Change]);
 
-/// Each change in each scene: see [`each_in_all_states`].
+/// Makes each change in each scene: see [`each_in_all_states`].
 fn in_all_states(changes: &[Changes<'_>]) {
     for (name, changes) in changes {
         let changes: Vec<&Making<'_>> =
@@ -289,8 +294,9 @@ fn in_all_states(changes: &[Changes<'_>]) {
     }
 }
 
-/// Changes with a step between them in each scene: tables are sound, a snapshot taken right after, or in any later step, goes on with
-/// the same bits, so do three threads, and events of touches pair up.
+/// Makes changes with a step between them in each scene. Tables stay consistent. A snapshot taken
+/// right after, or in any later step, continues with the same bits, as do three threads. Events of
+/// touches pair up.
 fn each_in_all_states(name: &str, changes: &[&Making<'_>]) {
     for mut scene in scenes() {
         let of = format!("{name} in {}", scene.name);
@@ -310,7 +316,7 @@ fn each_in_all_states(name: &str, changes: &[&Making<'_>]) {
     }
 }
 
-/// A world goes on for 100 steps with the same bits from snapshots of it and with three threads.
+/// Runs a world for 100 steps and checks that snapshots and three threads give the same bits.
 fn goes_on(of: &str, world: &mut World, mut after: impl FnMut(&World)) {
     let restored = |world: &World| {
         World::restore(&world.snapshot()).map_err(|e| format!("{of}: {e}")).unwrap()

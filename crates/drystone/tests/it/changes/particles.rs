@@ -1,11 +1,11 @@
-//! Particles and links, changed while they live.
+//! Changes to existing particles and links.
 
 use drystone::particle::{ClothDef, LinkId, ParticleId, RopeDef};
 use drystone::{BodyDef, BodyId, DefError, ShapeDef, Vec3, World};
 
 use super::{DT, Floor, floor, goes_on};
 
-/// A cube on a rope under a ceiling, and a cloth that lies over a ball.
+/// A cube on a rope under a ceiling, and a cloth draped over a ball.
 struct Rigging {
     world: World,
     cube: BodyId,

@@ -1,4 +1,4 @@
-//! Shapes, changed while they live.
+//! Changes to existing shapes.
 
 use std::sync::Arc;
 
@@ -220,7 +220,7 @@ fn a_density_moves_the_center_of_mass_and_no_shape() {
     assert_eq!(body.mass(), 4000.0);
     assert!((body.center_of_mass() - vec3(3.5, 4.0, 5.0)).length() < 1.0e-6);
     assert!((body.velocity_at([5.0, 4.0, 5.0]) - tip).length() < 1.0e-5);
-    // Two cubes of 1 and 3 t, 1.5 and 0.5 m from the center.
+    // Two cubes of 1 and 3 t at distances of 1.5 and 0.5 m from the center.
     let across = 4000.0 / 6.0 + 1000.0 * 2.25 + 3000.0 * 0.25;
     assert!((body.inertia().zz / across - 1.0).abs() < 1.0e-5);
     for (a, b) in before.iter().zip(places(&world)) {

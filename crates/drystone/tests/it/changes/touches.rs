@@ -1,4 +1,4 @@
-//! Touches under way when shapes begin or cease to report them: who follows the events knows what touches.
+//! Changes of shapes' reports during a touch: the events must still describe the touching pairs.
 
 use drystone::breakage::Fracture;
 use drystone::events::{ContactReports, Senses};
@@ -11,7 +11,7 @@ fn report(world: &mut World, shape: ShapeId, touches: bool) {
     world.shape_mut(shape).unwrap().set_reports(reports).unwrap();
 }
 
-/// Begins and ends that a step tells.
+/// Numbers of begin and end events in a step.
 fn told(world: &mut World) -> [usize; 2] {
     world.step(DT);
     let events = world.events();
@@ -33,7 +33,7 @@ fn touches_under_way_end_and_begin_for_who_follows_the_events() {
             assert_eq!(told(world), [0, 0]);
             report(world, shape, true);
             assert_eq!(told(world), [2, 0], "{under:?}: it tells of them again");
-            // What is taken back was not.
+            // A change that is reversed before the step has no effect.
             report(world, shape, false);
             report(world, shape, true);
             assert_eq!(told(world), [0, 0]);
@@ -42,7 +42,7 @@ fn touches_under_way_end_and_begin_for_who_follows_the_events() {
             report(world, shape, true);
             report(world, shape, false);
             assert_eq!(told(world), [0, 0]);
-            // One of the two says no: the pair stays silent whatever the other says.
+            // If one shape disables reports, the pair is silent whatever the other shape's setting.
             let above = shape_of(world, stack.cubes[2]);
             report(world, above, false);
             assert_eq!(told(world), [0, 1], "of the cube above that");
@@ -65,7 +65,7 @@ fn a_touch_that_is_told_and_ends_before_the_step_is_not_told_at_all() {
         assert!(world.remove_body(top));
         assert_eq!(told(world), [0, 0]);
     }
-    // The same if it ends in the step.
+    // The same if the touch ends in the step.
     let top = stack.cubes[3];
     let shape = shape_of(&stack.world, top);
     report(&mut stack.world, shape, false);
@@ -73,14 +73,15 @@ fn a_touch_that_is_told_and_ends_before_the_step_is_not_told_at_all() {
     report(&mut stack.world, shape, true);
     stack.world.body_mut(top).unwrap().set_pose(drystone::Pose::at([30.0, 9.0, 0.0]));
     assert_eq!(told(&mut stack.world), [0, 0]);
-    // And a step that is refused tells of what was changed before it.
+    // A refused step still reports earlier changes.
     let below = shape_of(&stack.world, stack.cubes[2]);
     report(&mut stack.world, below, false);
     stack.world.step(0.0);
     assert_eq!(stack.world.events().contact_end.len(), 1);
 }
 
-/// Found by the search for what breaks: a floor that told of a touch, and then no longer, under a body that broke.
+/// Found by the attack: a floor that reported a touch, and then stopped reporting, under a body
+/// that broke.
 #[test]
 fn what_breaks_over_a_floor_that_tells_no_longer_leaves_no_touch() {
     let mut world = World::default();
@@ -105,7 +106,8 @@ fn what_breaks_over_a_floor_that_tells_no_longer_leaves_no_touch() {
     assert!(!touches.contacts.iter().any(|pair| pair.contains(&shape)));
 }
 
-/// Found by the search for what breaks: what is made static in a sensor, or a sensor that is, and then removed.
+/// Found by the attack: a body made static inside a sensor, or a sensor made static, and then
+/// removed.
 #[test]
 fn what_becomes_static_leaves_the_sensors_that_see_no_static_shapes() {
     for sees in [false, true] {

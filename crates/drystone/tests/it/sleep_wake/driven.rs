@@ -1,4 +1,5 @@
-//! What is driven or pulled does not sleep, however slowly it moves; what is blocked, has arrived or is in balance does.
+//! A driven or pulled body does not sleep, however slowly it moves; a blocked body does, or one
+//! that has arrived or is in balance.
 
 use drystone::audit::AwakeCause;
 use drystone::joint::{
@@ -9,7 +10,7 @@ use drystone::{BodyDef, BodyId, JointDef, JointKind, ShapeDef, Vec3, World, vec3
 
 use super::{at, cause, cube, pulled, run, sleeps, until_sleep};
 
-/// A disc of this radius on a fixed base at the origin, by a joint whose x axis points up.
+/// A disc of this radius on a fixed base at the origin, on a joint whose x axis points up.
 fn driven(gravity: Vec3, size: f32, axes: SixDof) -> (World, BodyId, drystone::JointId) {
     let mut world = pulled(gravity);
     let base = world.add_body(BodyDef::fixed()).unwrap();
@@ -54,7 +55,7 @@ fn weak_motors_slow_servos_and_what_they_drive_by_gears_go_on() {
     for size in [0.01_f32, 1.0, 100.0] {
         let (probe, disc, _) = driven(Vec3::ZERO, size, SixDof::FIXED);
         let inertia = probe.body(disc).unwrap().inertia().yy;
-        // Half a thousandth of a radian per second more in each second.
+        // It accelerates by half a thousandth of a radian per second each second.
         let weak = JointDrive::motor(100.0, 5.0e-4 * inertia);
         let (mut world, _, joint) =
             driven(Vec3::ZERO, size, Hinge::of(JointAxis::driven(weak)).six_dof());
@@ -62,7 +63,7 @@ fn weak_motors_slow_servos_and_what_they_drive_by_gears_go_on() {
         let turn = coordinates(&world, joint)[3];
         assert!((turn - 0.025).abs() < 0.002, "a weak motor, size {size}: {turn}");
 
-        // It closes in by a thousandth of what is left in each second.
+        // It approaches by a thousandth of the remaining distance each second.
         let spring = JointSpring { stiffness: 10.0, damping: 1.0e4, per_mass: true };
         let slow = JointDrive::servo(size, spring, f32::INFINITY);
         let (mut world, disc, joint) =
@@ -70,7 +71,7 @@ fn weak_motors_slow_servos_and_what_they_drive_by_gears_go_on() {
         run(&mut world, 60.0, 10.0);
         let moved = coordinates(&world, joint)[0];
         assert!((moved - 0.01 * size).abs() < 5.0e-4 * size, "a slow servo, size {size}: {moved}");
-        // The largest is faster than what counts as slow.
+        // The largest disc is faster than the sleep threshold.
         assert!(size > 10.0 || cause(&world, disc) == AwakeCause::DrivenByJoint { joint });
 
         let motor = JointAxis::driven(JointDrive::motor(2.0e-3, f32::INFINITY));
@@ -138,7 +139,8 @@ fn a_spring_sleeps_where_it_balances() {
         let joint = JointDef::new(base, load, Distance::exact(1.0));
         world.add_joint(JointDef { kind, ..joint }).unwrap();
         assert!(until_sleep(&mut world, 60.0, 40.0).is_some(), "{ratio}");
-        // g / ω²; it may be off by a thousandth of the cube's extent on its way, and swing as far again.
+        // g / ω²; it may deviate by a thousandth of the cube's extent on its way, and swing as far
+        // again.
         let sinks = 9.81 / (2.0 * core::f32::consts::PI * 1.5_f32).powi(2);
         let off = 4.0 - at(&world, load).y - sinks;
         assert!(off.abs() < 2.0e-3 * 0.35 + 1.0e-4, "{ratio}: {off}");

@@ -1,5 +1,6 @@
-//! Sleeping and waking: what moves on, is driven or is pulled does not sleep however slow it is; what rests does, as soon
-//! as can be told; and it wakes when something happens to it (docs/decisions/030-what-may-sleep.md).
+//! Sleeping and waking (docs/decisions/030-what-may-sleep.md). A body that moves on, is driven or
+//! is pulled does not sleep, however slow it is. A body at rest sleeps as soon as rest is
+//! detectable, and wakes when an event affects it.
 
 mod driven;
 mod moves_on;
@@ -18,7 +19,7 @@ use crate::floors::{self, Floor};
 const SCALES: [f32; 4] = [0.01, 0.1, 1.0, 100.0];
 const RATES: [f32; 3] = [30.0, 60.0, 240.0];
 
-/// Time until sleep of the default configuration [s], and between two looks at a body that is slow.
+/// Time until sleep in the default configuration [s], and between two checks of a slow body.
 const SLEEP: f32 = 0.5;
 const LOOK: f32 = 0.2;
 
@@ -40,7 +41,7 @@ fn cube(world: &mut World, at: Vec3, side: f32) -> BodyId {
     world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape)).unwrap()
 }
 
-/// Steps in this time.
+/// Number of steps in this time.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousands")]
 fn steps(rate: f32, seconds: f32) -> u32 {
     (seconds * rate).round() as u32
@@ -50,7 +51,7 @@ fn run(world: &mut World, rate: f32, seconds: f32) {
     (0..steps(rate, seconds)).for_each(|_| world.step(1.0 / rate));
 }
 
-/// Gravity of a slope that goes down along x by this angle [degrees], told in its frame.
+/// Gravity on a slope that descends along x at this angle [degrees], in the slope's frame.
 fn slope(degrees: f32) -> Vec3 {
     Quat::from_axis_angle(Vec3::Z, degrees.to_radians()).rotate(vec3(0.0, -9.81, 0.0))
 }
@@ -67,7 +68,7 @@ fn all_sleep(world: &World) -> bool {
     world.bodies().all(|body| body.kind() != BodyKind::Dynamic || body.is_asleep())
 }
 
-/// Seconds until all sleep, if that is in this time.
+/// Seconds until all sleep, if within this time.
 fn until_sleep(world: &mut World, rate: f32, most: f32) -> Option<f32> {
     for step in 1..=steps(rate, most) {
         world.step(1.0 / rate);

@@ -1,4 +1,4 @@
-//! What moves on does not sleep, however slowly it is carried, falls, slides or rolls.
+//! A moving body does not sleep, however slowly it is carried, falls, slides or rolls.
 
 use drystone::audit::AwakeCause;
 use drystone::joint::{Ball, Hinge, Pulley};
@@ -26,7 +26,8 @@ fn what_a_slow_lift_or_raft_carries_goes_with_it() {
                         world.step(1.0 / rate);
                         assert!(!sleeps(&world, load), "size {size}, {rate} Hz, {way:?} {speed}");
                     }
-                    // A soft contact gives by less than a millimeter; left behind it would be off by all of the way.
+                    // A soft contact yields by less than a millimeter; a load left behind would be
+                    // off by the whole displacement.
                     let off = (at(&world, load) - at(&world, lift) - before).length();
                     assert!(
                         off < 0.1 * 4.0 * speed + 1.0e-4,
@@ -53,7 +54,7 @@ fn a_slow_door_pushes_what_stands_before_it() {
         let door = world.add_body(door.with_shape(leaf)).unwrap();
         let load = cube(&mut world, vec3(0.0, 0.25, 0.0) * size, 0.5 * size);
         run(&mut world, rate, 2.0);
-        // A gap of half a hundredth, then as much again.
+        // A gap of half a hundredth, then the same distance again.
         let (gap, speed) = (0.005 * size, 0.001 * size);
         world.body_mut(door).unwrap().set_linear_velocity([speed, 0.0, 0.0]);
         run(&mut world, rate, 10.0);

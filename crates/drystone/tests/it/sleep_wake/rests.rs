@@ -1,4 +1,4 @@
-//! What rests sleeps, as soon as can be told.
+//! A body at rest sleeps as soon as rest is detectable.
 
 use drystone::audit::AwakeCause;
 #[cfg(feature = "snapshot")]
@@ -25,7 +25,7 @@ fn drift_without_forces_is_rest_by_size() {
             assert_eq!(sleeps(&world, body), rests || speed < part * limit, "{size}, {speed}");
         }
     }
-    // The world's speed holds, too.
+    // The world's speed threshold also applies.
     let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     config.sleep.speed = 0.01;
     let mut world = World::new(config).unwrap();
@@ -48,8 +48,9 @@ fn what_rests_sleeps_as_soon_as_it_can_be_told() {
                 for i in 0..5_u8 {
                     cube(&mut world, vec3(0.0, f32::from(i) + 0.5, 0.0) * size, size);
                 }
-                // They settle by a part of a millimeter first. Where that is much for them, contacts take it back, in a fifth of a
-                // second for the weight of five: within two such times it is a hundredth of half their thickness.
+                // They first settle by a fraction of a millimeter. If that is much for their size,
+                // contacts recover it, in a fifth of a second for the weight of five. Within two
+                // such times it is a hundredth of half their thickness.
                 let settles = if size < 0.1 { 0.4 } else { 0.0 };
                 let slept = until_sleep(&mut world, rate, 2.0);
                 let soon = slept.is_some_and(|t| t < SLEEP + 2.0 * LOOK + settles);

@@ -1,4 +1,5 @@
-//! What sleeps wakes when something happens to what holds it, to what is below it, or in it; and sensors see it.
+//! A sleeping body wakes when an event affects its holder, its support, or its interior; sensors
+//! report it.
 
 use drystone::joint::{Ball, CouplingDef, Distance, Hinge, JointSpring, Pulley, Servo, SixDof};
 use drystone::particle::{LinkDef, LinkKind, ParticleDef};
@@ -7,7 +8,7 @@ use drystone::{BodyDef, BodyId, BodyKind, JointDef, JointKind, Pose, ShapeDef, V
 use super::{RATES, all_sleep, at, cube, ground, mesh, pulled, run, sleeps, steps, until_sleep};
 use crate::floors::{FLOORS, Floor};
 
-/// A load 2 m below a holder at 5 m, on a joint of this name; both are sized.
+/// A load 2 m below a holder at 5 m, on a joint of this name; both scale with `size`.
 fn hung(kind: BodyKind, joint: &str, size: f32) -> (World, BodyId, BodyId) {
     let mut world = World::default();
     let top = vec3(0.0, 5.0, 0.0) * size;
@@ -78,10 +79,11 @@ fn whatever_happens_to_a_holder_wakes_what_hangs_on_it() {
                     }
                     let moved = (at(&world, load) - before).length();
                     let error = world.joints().map(|joint| joint.error()).fold(0.0, f32::max);
-                    // A rope over a pulley hardly gets longer by a millimeter aside.
+                    // A rope over a pulley hardly lengthens for a millimeter sideways.
                     let idle = how == "spin" || joint == "pulley";
                     assert!(idle || moved > 0.0, "{what}");
-                    // A rod or rope that is pulled gives by a part of a millimeter; a grab by all that it is behind.
+                    // A rod or rope under tension yields by a fraction of a millimeter; a grab by
+                    // its whole lag.
                     let taut = joint == "grab" || how == "pose" || error < 5.0e-3 * size;
                     assert!(taut, "{what}: {error} m open");
                 }
@@ -145,7 +147,8 @@ fn a_rope_of_particles_carries_however_slowly_its_holder_moves() {
     }
 }
 
-/// A cube that sleeps at the origin on a half-space, with a wall far away of each kind: static, kinematic.
+/// A sleeping cube at the origin on a half-space, with a distant wall of each kind: static,
+/// kinematic.
 fn sleeper(size: f32, sensor: bool) -> (World, BodyId, BodyId, [BodyId; 2]) {
     let mut world = World::default();
     let floor = ground(&mut world, Floor::HalfSpace, size);
@@ -166,7 +169,7 @@ fn wall(size: f32, sensor: bool) -> ShapeDef {
 #[test]
 fn what_is_put_into_a_sleeper_is_noticed_however_it_comes_there() {
     for size in [0.1_f32, 1.0, 10.0] {
-        // The sleeper's side is at -0.25: 15 cm deep; or 5 cm away.
+        // The sleeper's side is at -0.25, so the wall is 15 cm deep, or 5 cm away.
         for x in [-0.4_f32, -0.6] {
             for how in [
                 "static",
@@ -276,7 +279,8 @@ fn what_sleeps_falls_when_what_it_stands_on_goes() {
 #[test]
 fn bodies_that_are_added_asleep_sleep_on_until_something_is_put_into_them() {
     let mut world = World::default();
-    // A wall of a level with its ground, all in one step: nothing has changed since they stood there.
+    // A wall of a level is added asleep with its ground, all in one step, so nothing wakes it.
+    // unchanged.
     let ground = ground(&mut world, Floor::Box, 1.0);
     let bricks: Vec<BodyId> = (0..5_u8)
         .map(|i| {
@@ -340,7 +344,7 @@ fn sensors_see_what_sleeps_and_what_rests() {
                 let seen = usize::from(zone != BodyKind::Static || visitor != "static");
                 let what = format!("{zone:?} sees {visitor}, first {zone_first}");
                 assert_eq!(count(&mut world), (seen, 0), "{what}: enters");
-                // Away with one, and back; then with the other.
+                // Moves one away and back, then the other.
                 for moved in [at_zone, at_visitor] {
                     let here = world.body(moved).unwrap().pose();
                     let away = Pose::at([0.0, 50.0, 0.0]);
