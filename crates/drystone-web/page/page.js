@@ -1,9 +1,9 @@
-// What the page does around the viewer: the address says what is shown, files are dropped on it. In player.html files
-// are films: their animations are played.
+// The page around the viewer: the address selects the scene, and files can be dropped on it. In
+// player.html files are films, and their animations are played.
 
 import init, * as drystone from "./drystone.js";
 
-// Shown if the address names no scene.
+// The scene if the address has none.
 const FIRST = "pyramid:base=12";
 // A larger file would fill the page's memory.
 const MOST_BYTES = 64 * 1024 * 1024;
@@ -43,7 +43,7 @@ function refuse(name, why) {
   else fail(`${name}: ${why}`);
 }
 
-// What has `size` bytes, as far as is known, and gives them as a buffer.
+// Opens a file of `size` bytes, as far as known; `read` returns them as a buffer.
 async function open(name, size, read) {
   try {
     if (!(size <= MOST_BYTES)) {
@@ -76,7 +76,7 @@ async function openAddress(url) {
   await open(name, Number(answer.headers.get("Content-Length") ?? 0), () => answer.arrayBuffer());
 }
 
-// What takes more memory than a page has ends the viewer without a word of its own.
+// When the page is out of memory, the viewer ends without a message of its own.
 for (const kind of ["error", "unhandledrejection"]) {
   addEventListener(kind, (event) => {
     const why = event.error ?? event.reason;
@@ -111,7 +111,7 @@ try {
   } else {
     const scene = address.get("scene") || FIRST;
     if (start(scene) !== undefined) {
-      // Something to see, and the message in the panel.
+      // Shows a scene, with the message in the panel.
       start(FIRST);
       drystone.drystone_open(scene);
     }

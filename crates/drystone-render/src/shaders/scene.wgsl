@@ -1,24 +1,25 @@
-// Everything that is drawn. Places are in meters from `frame`'s origin, colors are linear inside.
+// Shaders of everything except meshes of files. Positions are in meters from `frame`'s origin,
+// colors are linear internally.
 
 struct Frame {
-    // Clip from world; depth is reversed: 1 at the near plane, 0 far away.
+    // Transform from world to clip space; depth is reversed: 1 at the near plane, 0 at infinity.
     view: mat4x4f,
-    // Shadow map from world, depth 0 to 1.
+    // Transform from world to the shadow map, depth 0 to 1.
     light: mat4x4f,
-    // Eye [m]; near plane [m].
+    // Eye [m]; distance of the near plane [m].
     eye: vec4f,
-    // Across half the picture at distance 1; width of the picture [px].
+    // Vector across half the picture at distance 1; width of the picture [px].
     right: vec4f,
-    // Up half the picture at distance 1; its height [px].
+    // Vector up half the picture at distance 1; its height [px].
     above: vec4f,
-    // Unit; size of a point of the shadow map [m].
+    // Unit vector; size of a shadow map texel [m].
     forward: vec4f,
-    // Against gravity, unit; radius of what is framed [m].
+    // Direction against gravity, unit; radius of the subject [m].
     up: vec4f,
-    // Toward the sun, unit; width of a cell of the grid [m].
+    // Direction toward the sun, unit; width of a grid cell [m].
     sun: vec4f,
-    // Where fog begins [m], over what distance it rises [m], side of the shadow map [points], and 1 if
-    // the target keeps colors as they are instead of as sRGB.
+    // Distance where fog begins [m], distance over which it grows [m], width of the shadow map
+    // [px], and 1 if the target stores values unchanged instead of converting them to sRGB.
     fog: vec4f,
 }
 
@@ -34,10 +35,10 @@ const HIGHLIGHT: u32 = 8u;
 const TINT: u32 = 16u;
 
 struct Vertex {
-    // In the form's units; -1, 0 or 1: the end of a capsule it belongs to.
+    // Position in the form's units; -1, 0 or 1: the end of a capsule it belongs to.
     @location(0) place: vec4f,
     @location(1) normal: vec3f,
-    // Origin [m]; half the distance of a capsule's ends [m].
+    // Origin [m]; half the distance between a capsule's ends [m].
     @location(2) position: vec4f,
     @location(3) rotation: vec4f,
     @location(4) scale: vec3f,
@@ -95,18 +96,19 @@ fn shadow_vertex(in: Vertex) -> @builtin(position) vec4f {
 
 const TAPS: i32 = 16;
 
-// Part of the sun's disc that is seen from a point of a surface, 0 to 1.
+// Visible fraction of the sun's disc from a surface point, 0 to 1.
 fn sunlight(world: vec3f, normal: vec3f, facing: f32) -> f32 {
     let texel = frame.forward.w;
-    // A wide sun: its edge blurs over some thousandths of what is framed, over 2 points at least.
+    // A wide sun: its edge blurs over some thousandths of the subject's radius, at least over 2
+    // texels.
     let spread = max(2.0, 0.0045 * frame.up.w / texel);
     let p = frame.light * vec4f(world + normal * texel * 1.5, 1.0);
     let uv = p.xy * vec2f(0.5, -0.5) + 0.5;
     if any(uv < vec2f(0.0)) || any(uv > vec2f(1.0)) || p.z > 1.0 {
         return 1.0;
     }
-    // How the depth of the surface itself changes over the map: without it a tilted surface would
-    // shade itself.
+    // Gradient of the surface's own depth over the map: without it a tilted surface would shadow
+    // itself.
     let x = vec3f(frame.light[0].x, frame.light[1].x, frame.light[2].x);
     let y = vec3f(frame.light[0].y, frame.light[1].y, frame.light[2].y);
     let z = vec3f(frame.light[0].z, frame.light[1].z, frame.light[2].z);
@@ -117,7 +119,7 @@ fn sunlight(world: vec3f, normal: vec3f, facing: f32) -> f32 {
     let bias = 1.0 * texel * length(z);
     var lit = 0.0;
     for (var i = 0; i < TAPS; i++) {
-        // Points of a sunflower cover a disc evenly.
+        // A sunflower pattern covers a disc evenly.
         let angle = f32(i) * 2.39996323;
         let r = sqrt((f32(i) + 0.5) / f32(TAPS)) * radius;
         let at = r * vec2f(cos(angle), sin(angle));
@@ -137,12 +139,12 @@ fn sky(direction: vec3f) -> vec3f {
     return mix(below, up, smoothstep(-0.5, 0.0, height));
 }
 
-// A color as the target wants it.
+// A color in the target's format.
 fn shown(c: vec3f) -> vec3f {
     return select(c, pow(c, vec3f(1.0 / 2.2)), frame.fog.w > 0.5);
 }
 
-// From light to what a screen can show: the shoulder keeps bright places from clipping.
+// Tone mapping from light to the screen's range: its shoulder keeps bright areas from clipping.
 fn tone(c: vec3f) -> vec3f {
     return c * (1.0 + c * 0.12) / (1.0 + c * 0.55);
 }
@@ -150,25 +152,25 @@ fn tone(c: vec3f) -> vec3f {
 // Light of the sun.
 const SUN: vec3f = vec3f(1.62, 1.50, 1.32);
 
-// Light from all around on a surface.
+// Ambient light on a surface.
 fn ambient_light(n: vec3f) -> vec3f {
     let height = dot(n, frame.up.xyz);
     return mix(vec3f(0.34, 0.31, 0.28), vec3f(0.62, 0.70, 0.80), 0.5 + 0.5 * height);
 }
 
-// A color behind the fog of the way to it; `v` is toward the eye.
+// A color seen through fog; `v` points toward the eye.
 fn faded(color: vec3f, v: vec3f, range: f32) -> vec3f {
     let fog = 1.0 - exp(-max(range - frame.fog.x, 0.0) / frame.fog.y);
     let far = sky(-v + frame.up.xyz * max(0.0, dot(v, frame.up.xyz)));
     return mix(color, far, fog);
 }
 
-// Strength of grid lines at a place of a plane [cells], antialiased.
+// Strength of grid lines at a point of a plane [cells], antialiased.
 fn lines(at: vec2f, width: f32) -> f32 {
     let pixel = max(fwidth(at), vec2f(1.0e-6));
     let off = abs(fract(at - 0.5) - 0.5);
     let line = 1.0 - smoothstep(vec2f(width), vec2f(width) + 1.2 * pixel, off);
-    // Where lines are closer than points of the picture only their mean is left.
+    // Where lines are closer than pixels, only their mean remains.
     let fade = 1.0 - smoothstep(vec2f(0.15), vec2f(0.6), pixel);
     let seen = line * fade;
     return max(seen.x, seen.y);
@@ -186,7 +188,7 @@ fn grid(local: vec3f, n: vec3f) -> f32 {
     return max(0.55 * lines(at, 0.004), lines(at * 0.1, 0.0012));
 }
 
-// A box's edges as if they were rounded: the normal turns toward the neighboring face.
+// Makes a box's edges look rounded: the normal turns toward the neighboring face.
 fn bevel(in: Point, n: vec3f) -> vec4f {
     let least = min(in.scale.x, min(in.scale.y, in.scale.z));
     let inside = max(in.scale - abs(in.local), vec3f(0.0));
@@ -206,7 +208,7 @@ fn body_fragment(in: Point, @builtin(front_facing) front: bool) -> @location(0) 
     var albedo = in.color;
     var open = 1.0;
     let local_normal = normalize(in.local_normal);
-    // Derivatives need all four points of a quad: both are computed always, used where asked for.
+    // Derivatives need all four pixels of a quad, so both are always computed.
     let rounded = bevel(in, local_normal);
     let ruled = grid(in.local, local_normal);
     if (in.finish & BEVEL) != 0u {
@@ -234,7 +236,7 @@ fn body_fragment(in: Point, @builtin(front_facing) front: bool) -> @location(0) 
         lit = sunlight(in.world, side, clamp(dot(side, sun), 0.0, 1.0));
     }
     let ambient = ambient_light(n);
-    // A little light from behind the camera keeps shaded sides apart.
+    // A weak light from behind the camera separates faces in shadow.
     let fill = 0.16 * clamp(dot(n, v), 0.0, 1.0);
     let h = normalize(v + sun);
     let shine = 0.10 * pow(clamp(dot(n, h), 0.0, 1.0), 40.0) * facing;
@@ -272,7 +274,7 @@ struct LinePoint {
     @location(0) color: vec4f,
 }
 
-// A segment from `a` to `b`, `a.w` pixels wide, on top of everything.
+// A segment from `a` to `b`, `a.w` pixels wide, drawn over everything else.
 @vertex
 fn line_vertex(
     @builtin(vertex_index) i: u32,
@@ -283,7 +285,7 @@ fn line_vertex(
     let near = frame.eye.w;
     var start = frame.view * vec4f(a.xyz, 1.0);
     var end = frame.view * vec4f(b, 1.0);
-    // What is behind the eye has no place in the picture.
+    // A point behind the eye has no position in the picture.
     if start.w < near {
         start = mix(start, end, clamp((near - start.w) / max(end.w - start.w, 1.0e-9), 0.0, 1.0));
     }

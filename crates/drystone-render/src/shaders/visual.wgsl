@@ -1,11 +1,11 @@
-// Meshes of files with their materials. Comes after scene.wgsl.
+// Shaders of meshes of files with their materials. This source follows scene.wgsl.
 
 struct Material {
     // Linear red, green, blue, opacity.
     base: vec4f,
-    // Light of its own; the opacity below which there is nothing.
+    // Emitted light; the opacity below which a texel is discarded.
     emissive: vec4f,
-    // Metallic, roughness, 1 if it is shown as it is, 1 if it has the color of its body.
+    // Metallic, roughness, 1 if the material is unlit, 1 if it has the color of its body.
     surface: vec4f,
     // Scale of the normal texture, strength of the occlusion texture.
     relief: vec4f,
@@ -86,11 +86,11 @@ fn visual_shadow_fragment(in: VisualShadow) {
 }
 
 const PI: f32 = 3.14159265;
-// White in full light is white in the picture, not beyond it.
+// White in full light is white in the picture, and no brighter.
 const EXPOSURE: f32 = 0.72;
 
-// Part of the sun's light that a surface mirrors to the eye, times pi: facets by GGX, what they hide of each other by
-// Smith, their mirroring by Schlick.
+// Specular reflection of the sun toward the eye, times pi: GGX for facets, Smith for their
+// shadowing, Schlick for their reflectance.
 fn mirrored(n: vec3f, v: vec3f, l: vec3f, rough: f32, f0: vec3f) -> vec3f {
     let h = normalize(v + l);
     let nl = max(dot(n, l), 0.0);
@@ -106,7 +106,8 @@ fn mirrored(n: vec3f, v: vec3f, l: vec3f, rough: f32, f0: vec3f) -> vec3f {
     return facets * hidden * nl * fresnel;
 }
 
-// How the texture's coordinates change from point to point of the picture: the place on the surface, its coordinates.
+// Change of the texture coordinates from pixel to pixel, from the surface position and its
+// coordinates.
 struct Slope {
     across: vec3f,
     down: vec3f,
@@ -114,8 +115,8 @@ struct Slope {
     uv_down: vec2f,
 }
 
-// A unit normal, turned as the normal texture says. Directions along the image come from the picture itself, so a mesh
-// needs no tangents.
+// A unit normal, rotated by the normal texture. Directions along the image come from screen-space
+// derivatives, so a mesh needs no tangents.
 fn bent(n: vec3f, slope: Slope, texel: vec3f) -> vec3f {
     let down = cross(slope.down, n);
     let across = cross(n, slope.across);
@@ -172,13 +173,13 @@ fn visual_fragment(in: VisualPoint, @builtin(front_facing) front: bool) -> @loca
         // A mirror would show the sun as a point too bright for a screen.
         let rough = clamp(material.surface.y * surface.g, 0.08, 1.0);
         let f0 = mix(vec3f(0.04), albedo, metallic);
-        // Only what comes from all around is kept off, not the sun.
+        // Occlusion affects only ambient light, not the sun.
         let open = 1.0 + material.relief.y * (seen - 1.0);
         let around = ambient_light(n) * open;
         let fill = 0.16 * clamp(dot(n, v), 0.0, 1.0);
         color = albedo * (1.0 - metallic) * (SUN * facing * lit + around + fill);
         color += mirrored(n, v, sun, rough, f0) * SUN * lit;
-        // What is mirrored of the sky, the more blurred the rougher the surface is.
+        // Reflection of the sky, which is blurrier for rougher surfaces.
         let behind = mix(sky(reflect(-v, n)) * open, around, rough);
         let edge = pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 5.0);
         color += (f0 + (max(vec3f(1.0 - rough), f0) - f0) * edge) * behind;

@@ -280,7 +280,6 @@ fn what_sleeps_falls_when_what_it_stands_on_goes() {
 fn bodies_that_are_added_asleep_sleep_on_until_something_is_put_into_them() {
     let mut world = World::default();
     // A wall of a level is added asleep with its ground, all in one step, so nothing wakes it.
-    // unchanged.
     let ground = ground(&mut world, Floor::Box, 1.0);
     let bricks: Vec<BodyId> = (0..5_u8)
         .map(|i| {
