@@ -14,20 +14,21 @@ Examples (after bench/install.sh):
 #[derive(Debug, Parser)]
 #[command(name = "bench", version, about, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub(crate) struct Cli {
-    /// What to measure.
+    /// The measurement.
     #[command(flatten)]
     pub(crate) measure: Measure,
-    /// What else to do.
+    /// Another command.
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
 }
 
-/// What the program can do besides measuring.
+/// Commands besides the measurement.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Write the tables of bench/RESULTS.md from the rows under bench/results
     Table(Table),
-    /// Run the tests with a known result on the engines and write their errors side by side as Markdown
+    /// Run the tests with a known result on the engines, and write their errors side by side as
+    /// Markdown
     Validate(Validate),
 }
 
@@ -56,8 +57,8 @@ pub(crate) struct Validate {
 /// The tables.
 #[derive(Args, Debug)]
 pub(crate) struct Table {
-    /// The page to write them in, between `<!-- bench:begin -->` and `<!-- bench:end -->`; - writes them
-    /// to stdout [default: bench/RESULTS.md]
+    /// The page to write them in, between `<!-- bench:begin -->` and `<!-- bench:end -->`; - writes
+    /// them to stdout [default: bench/RESULTS.md]
     #[arg(long, value_name = "FILE.md")]
     pub(crate) page: Option<PathBuf>,
 }
@@ -85,11 +86,11 @@ impl Engine {
     }
 }
 
-/// What to measure.
+/// The measurement.
 #[derive(Args, Debug)]
 pub(crate) struct Measure {
-    /// Scenes (`drystone scenes`), separated by commas; box3d, jolt, quality and all stand for groups of
-    /// them
+    /// Scenes (`drystone scenes`), separated by commas; box3d, jolt, quality and all stand for
+    /// groups of them
     #[arg(long, value_name = "S[,S...]", default_value = "all")]
     pub(crate) scene: String,
 

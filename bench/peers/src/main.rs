@@ -26,7 +26,7 @@ struct Cli {
     /// The engine.
     #[arg(long, default_value = "", hide_default_value = true)]
     engine: String,
-    /// Prints a table of the cost of queries, of all engines that were built in, in place of a scene.
+    /// Prints a table of the cost of queries, for all built-in engines, instead of a scene.
     #[arg(long)]
     queries: bool,
     /// A scene of the catalog.

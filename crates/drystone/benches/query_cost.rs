@@ -1,5 +1,6 @@
-//! The cost of a ray: the closest hit, any hit, and a batch, among 4096 bodies and on a mesh, beside parry, which rapier casts its rays
-//! with. `cargo bench -p drystone --bench query_cost`; one line a scene, in nanoseconds a ray, the least of five runs.
+//! The cost of a ray: the closest hit, any hit, and a batch, among 4096 bodies and on a mesh,
+//! beside parry, with which rapier casts its rays. `cargo bench -p drystone --bench query_cost`
+//! prints one line a scene: nanoseconds a ray, the minimum of five runs.
 
 #![expect(
     clippy::print_stdout,

@@ -1,4 +1,4 @@
-//! Comments: their lines are at most 100 columns wide, and no sentence begins a comment without its subject.
+//! Comments: their lines are at most 100 columns wide, and none begins without a subject.
 
 use super::rust::Source;
 use super::{Tree, finding};

@@ -190,9 +190,9 @@ fn of_two_slabs_the_pulled_one_moves_exactly_if_friction_lets_it() {
     // both, go (f - 1) μ g t²/2 = (f - 1) 3 m.
     //
     // - Friction on the light slab is passed on to the ground sweep by sweep. Load-adaptive inertia
-    //   gives the lower slab 3.3 times its 100 kg. So it takes a quarter of the upper one's slip in a
-    //   sweep: v' = 3/4 (v + a h), a' = a - (v + a h)/(4 h), and a = f μ g at first. Then v is at most
-    //   9/8 f μ g h = 14 mm/s, which a sliding slab keeps for a second.
+    //   gives the lower slab 3.3 times its 100 kg. So it takes a quarter of the upper one's slip in
+    //   a sweep: v' = 3/4 (v + a h), a' = a - (v + a h)/(4 h), and a = f μ g at first. Then v is at
+    //   most 9/8 f μ g h = 14 mm/s, which a sliding slab keeps for a second.
     // - With the lower slab up to 1417 kg slide instead of 1100 (its factor may stay a fourth above
     //   3.3), which makes both slower by that ratio.
     let h = 1.0 / 480.0;
