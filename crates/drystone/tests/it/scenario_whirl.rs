@@ -105,8 +105,8 @@ fn a_large_island_is_not_solved_finely_for_one_limb() {
     }
 }
 
-/// Gap of the joint of two balls, one above the other [m], in the step in which the lower one hits
-/// the floor at this speed, an eighth of a step after its start.
+/// Gap of the joint of two balls, one above the other [m], in the step of impact. The lower one
+/// hits the floor at this speed, an eighth of a step after the step's start.
 fn give_of_a_hit(speed: f32, parts: u16, others: u8) -> f32 {
     let mut world = weightless(parts);
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space(Vec3::Y, 0.0))).unwrap();
