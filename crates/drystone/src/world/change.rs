@@ -67,7 +67,7 @@ impl BodyMut<'_> {
         let breaks = self.world.tables.breakage.breaks(row);
         if breaks && matches!(mass, MassDef::Exact { .. }) {
             let allowed = "computed from the shapes, or their total, for a body that breaks";
-            return Err(DefError::unsuitable("mass", "given in full", allowed));
+            return Err(DefError::unsuitable("mass", "an exact mass", allowed));
         }
         let mut made = None;
         if self.body().is_dynamic() {

@@ -348,7 +348,7 @@ impl BodyDef {
         }
         if let MassDef::Exact { .. } = self.mass {
             let allowed = "computed from the shapes, or their total";
-            return Err(DefError::unsuitable("mass", "given in full", allowed));
+            return Err(DefError::unsuitable("mass", "an exact mass", allowed));
         }
         if let Some(i) = self.shapes.iter().position(|s| !s.sensor && !(s.density > 0.0)) {
             let value = format!("0 of shape {i}");
