@@ -179,13 +179,20 @@ fn room(inner: &str) -> Option<String> {
     }
 }
 
-/// Whether code assigns `body.field`, or borrows it mutably.
+/// Calls that change a list.
+const CHANGES: [&str; 7] =
+    [".push(", ".retain(", ".clear(", ".remove(", ".swap_remove(", ".insert(", ".extend"];
+
+/// Whether code assigns `body.field`, changes it as a list, or borrows it mutably.
 fn assigns(code: &str, field: &str) -> bool {
     let name = format!(".{field}");
     code.match_indices(&name).any(|(at, _)| {
         let rest = &code[at + name.len()..];
         if rest.bytes().next().is_some_and(is_word) || !is_body(&code[..at]) {
             return false;
+        }
+        if CHANGES.iter().any(|call| rest.starts_with(call)) {
+            return true;
         }
         let start = code[..at].rfind([';', '{', '}', '\n']).map_or(0, |at| at + 1);
         let lends = code[start..at].contains("&mut ");

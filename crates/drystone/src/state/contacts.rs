@@ -8,9 +8,9 @@ mod lists;
 mod watched;
 mod contact;
 
-#[cfg(feature = "serde")]
 pub(crate) use self::contact::{Contact, Link, Point, Traits};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::watched::{Probe, Watch, Watched};

@@ -4,11 +4,11 @@
 
 mod rows;
 
-#[cfg(feature = "serde")]
 pub(crate) use self::rows::{
     Attachment, CROWD, LaneKind, Link, LinkBlock, LinkColor, Particle, ParticleLine, Touch,
 };
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::chains::{self, Chains};

@@ -2,9 +2,9 @@
 
 mod sleep;
 
-#[cfg(feature = "serde")]
 pub use self::sleep::SleepConfig;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::DefError;

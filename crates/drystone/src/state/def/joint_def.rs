@@ -2,9 +2,9 @@
 
 mod strength;
 
-#[cfg(feature = "serde")]
 pub use self::strength::{Fatigue, JointStrength};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::DefError;
