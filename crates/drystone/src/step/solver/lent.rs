@@ -3,7 +3,7 @@
 use super::body::island_motion::Frames;
 use super::body::row::Aux;
 use super::body::squeeze::Squeeze;
-use super::body::state::{BodyState, End};
+use super::body::state::BodyState;
 use super::contact::arena::Blocks;
 use super::contact::block::Extra;
 use super::contact::parting::Parting;
@@ -45,8 +45,6 @@ pub(crate) struct Solver<'a> {
     /// States at the start of `round`; empty unless some body turns far or a group is solved in
     /// rounds.
     pub(super) states: Rows<'a, BodyState>,
-    /// Empty unless some solver body may end apart from its motion: see [`Solver::put_end`].
-    pub(super) ends: Rows<'a, End>,
     pub(super) round: u32,
     pub(super) frames: Rows<'a, Frames>,
     pub(super) meshes: Rows<'a, MeshScratch>,

@@ -8,10 +8,9 @@
 //! the last one, with new rows. (Contact points stay those of the step's start, so an island that
 //! touches something is solved in one round.)
 
-use super::body::state::{BodyState, End};
+use super::body::state::BodyState;
 use super::lent::Solver;
 use super::plan::group::Group;
-use crate::base::math::Vec3;
 use crate::base::threads::jobs::Jobs;
 use crate::state::bodies::Body;
 
@@ -29,14 +28,14 @@ impl Solver<'_> {
             ctx.impulse_scale = 1.0 / ctx.store_scale();
         }
         for i in group.lines.clone() {
-            self.put_end(i, End { state: *self.states.read(i), w_rest: Vec3::ZERO });
+            self.put_end(i, *self.states.read(i));
         }
     }
 
     /// Stores a body's state at the step's end. Its solver body keeps its motion, which `finalize`
     /// then does not read.
-    pub(super) fn put_end(&self, line: usize, end: End) {
-        *self.ends.row(line) = end;
+    pub(super) fn put_end(&self, line: usize, end: BodyState) {
+        *self.states.row(line) = end;
         self.aux.row(line).ended = true;
     }
 

@@ -4,7 +4,7 @@ use super::body::island_motion::Frames;
 use super::body::row::Aux;
 use super::body::solved::Solved;
 use super::body::squeeze::Squeeze;
-use super::body::state::{BodyState, End};
+use super::body::state::BodyState;
 use super::contact::block::{ContactBlock, Extra};
 use super::contact::parting::Parting;
 use super::impact::Impacts;
@@ -29,8 +29,6 @@ pub(crate) struct Scratch {
     pub(super) plan: Plan,
     pub(crate) solved: Solved,
     pub(super) acceleration: Vec<Vec3>,
-    /// States of bodies that are solved in rounds or turn far.
-    pub(super) states: Vec<BodyState>,
     /// One for each group.
     pub(super) frames: Vec<Frames>,
     /// One for each group, while some body turns far.
@@ -121,11 +119,10 @@ impl Scratch {
         grow::resize(&mut self.acceleration, n, Vec3::ZERO);
         grow::resize(&mut self.solved.squeezes, n, Squeeze::default());
         let in_rounds = self.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
-        let states = in_rounds || !self.plan.turning.lines.is_empty();
-        grow::resize(&mut self.states, if states { n } else { 0 }, BodyState::default());
-        // Bodies on one ball joint have ends as well.
-        let ends = states || !self.plan.joints.owners.is_empty();
-        grow::resize(&mut self.solved.ends, if ends { n } else { 0 }, End::default());
+        // Bodies on one ball joint have end states as well.
+        let on_joints = !self.plan.joints.owners.is_empty();
+        let states = in_rounds || on_joints || !self.plan.turning.lines.is_empty();
+        grow::resize(&mut self.solved.states, if states { n } else { 0 }, BodyState::default());
         if !self.plan.turning.lines.is_empty() && self.meshes.len() < self.plan.groups.len() {
             self.meshes.resize_with(self.plan.groups.len(), MeshScratch::default);
         }

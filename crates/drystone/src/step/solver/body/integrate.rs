@@ -5,7 +5,7 @@ use fearless_simd::Simd;
 
 use super::row::{Aux, FAR_TURN};
 use super::squeeze::Squeeze;
-use super::state::{BodyState, End};
+use super::state::BodyState;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::simd::wide::{LANES, Vec3w};
@@ -198,12 +198,12 @@ pub(crate) fn unwhiten(
     line: &SolverBody,
     whitening: &Whitening,
     (aux, factor): (&Aux, f32),
-    end: Option<&End>,
+    end: Option<&BodyState>,
     body: &mut Body,
 ) {
-    if let Some(End { state, w_rest }) = end {
-        (body.v, body.w, body.w_rest) = (state.v, state.w, *w_rest);
-        (body.center, body.rotation) = (state.center, state.rotation);
+    if let Some(end) = end {
+        (body.v, body.w, body.w_rest) = (end.v, end.w, end.w_rest);
+        (body.center, body.rotation) = (end.center, end.rotation);
         return;
     }
     let end = BodyState::of(body).after(line, whitening);

@@ -2,7 +2,7 @@
 
 use super::row::Aux;
 use super::squeeze::Squeeze;
-use super::state::End;
+use super::state::BodyState;
 use crate::step::solver_body::{SolverBody, Whitening};
 
 /// Solver bodies of a step, from the default methods and the classic ones alike. The first one
@@ -15,8 +15,9 @@ pub(crate) struct Solved {
     pub(crate) whitening: Vec<Whitening>,
     pub(crate) aux: Vec<Aux>,
     pub(crate) squeezes: Vec<Squeeze>,
-    /// End states of solver bodies that have [`Aux::ended`]; empty unless some body may have.
-    pub(crate) ends: Vec<End>,
+    /// States of bodies that are solved in rounds or turn far; at the step's end the end states of
+    /// solver bodies that have [`Aux::ended`]. Empty unless some body may have one.
+    pub(crate) states: Vec<BodyState>,
     /// Whether the solver body flew freely in this step, where known; or empty: see [`Self::flew`].
     pub(crate) free: Vec<Option<bool>>,
 }
@@ -29,8 +30,8 @@ impl Solved {
     }
 
     /// End state of a solver body that does not hold the body's motion.
-    pub(crate) fn end(&self, line: usize) -> Option<&End> {
-        if self.aux[line].ended { self.ends.get(line) } else { None }
+    pub(crate) fn end(&self, line: usize) -> Option<&BodyState> {
+        if self.aux[line].ended { self.states.get(line) } else { None }
     }
 
     /// Speed at which overlap correction moves the body of a row [m/s].

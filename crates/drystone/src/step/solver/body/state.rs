@@ -12,19 +12,14 @@ pub(crate) struct BodyState {
     pub(crate) rotation: Quat,
     pub(crate) v: Vec3,
     pub(crate) w: Vec3,
-}
-
-/// State of a body at the step's end, where its solver body does not hold the motion.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct End {
-    pub(crate) state: BodyState,
-    /// Rounding error removed from the angular velocity [rad/s, world].
+    /// Rounding error that free rotation removed from the angular velocity [rad/s, world].
     pub(crate) w_rest: Vec3,
 }
 
 impl BodyState {
     pub(crate) fn of(body: &Body) -> Self {
-        Self { center: body.center, rotation: body.rotation, v: body.v, w: body.w }
+        let Body { center, rotation, v, w, .. } = *body;
+        Self { center, rotation, v, w, w_rest: Vec3::ZERO }
     }
 
     /// State after a time [s] at constant velocities.
@@ -45,6 +40,7 @@ impl BodyState {
             rotation: self.rotation.turned_by(s.mul(three(line.t))),
             v: unwhitened(self.v, line, alpha),
             w: s.mul(three(line.w)),
+            w_rest: Vec3::ZERO,
         }
     }
 }

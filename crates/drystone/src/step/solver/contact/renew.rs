@@ -36,7 +36,7 @@ use crate::step::context::StepContext;
 use crate::step::gyration::{Spin, rotate_freely};
 use crate::step::solver::body::integrate;
 use crate::step::solver::body::row::Aux;
-use crate::step::solver::body::state::{BodyState, End};
+use crate::step::solver::body::state::BodyState;
 use crate::step::solver::contact::pair::{Pair, nearest};
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
@@ -147,12 +147,12 @@ impl Solver<'_> {
         });
     }
 
-    /// Stores the turning bodies' states in the solver bodies at the step's end.
+    /// Stores the end states of the turning bodies.
     pub(crate) fn end_turning(&self, group: &Group) {
         for line in self.turning_lines(group) {
             let i = *line as usize;
             let state = self.now(self.plan.members[i - 1], 0.0);
-            self.put_end(i, End { state, w_rest: Vec3::ZERO });
+            self.put_end(i, state);
         }
     }
 

@@ -20,7 +20,7 @@ use crate::step::context::StepContext;
 use crate::step::context::softness::exact_decay;
 use crate::step::gyration::{Spin, rotate_freely};
 use crate::step::solver::body::integrate::acceleration;
-use crate::step::solver::body::state::{BodyState, End};
+use crate::step::solver::body::state::BodyState;
 use crate::step::solver::lent::Solver;
 
 /// A joint whose gap exceeds this part of the body's reach is closed by its rows [1].
@@ -29,7 +29,6 @@ const OPEN: f32 = 1.0e-3;
 /// A body at the end of a step.
 struct Swung {
     pub(crate) state: BodyState,
-    pub(crate) w_rest: Vec3,
     /// Mean impulse of the joint on it in a substep [N s].
     pub(crate) impulse: Vec3,
 }
@@ -60,7 +59,7 @@ impl Solver<'_> {
         let substeps = self.ctx.substeps as f32;
         joint.given = [(end.impulse * (sign * substeps)).bounded(), Vec3::ZERO];
         joint.peak = [bounded(joint.impulse.length()), 0.0];
-        self.put_end(line as usize, End { state: end.state, w_rest: end.w_rest });
+        self.put_end(line as usize, end.state);
         true
     }
 }
@@ -126,8 +125,8 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     let v = v.single();
     let single = w.single();
     let w_rest = (w - DVec3::from(single)).single();
-    let state = BodyState { center, rotation: spin.rotation, v, w: single };
-    Some(Swung { state, w_rest, impulse })
+    let state = BodyState { center, rotation: spin.rotation, v, w: single, w_rest };
+    Some(Swung { state, impulse })
 }
 
 /// Angular velocity of an angular momentum.
