@@ -142,7 +142,7 @@ fn what_cannot_be_drawn_is_refused_in_a_line() {
     for (line, status, expected) in [
         ("simulate hello --steps 1 --render none/a.png", 1, "cannot be written"),
         ("simulate hello --steps 1 --render a.jpg", 2, "expected"),
-        ("simulate hello --steps 1 --size 16384x16384 --render a.png", 1, "a picture of"),
+        ("simulate hello --steps 1 --size 16384x16384 --render a.png", 1, "picture size must be"),
         ("simulate hello --steps 1 --trace a.png --render a.png", 2, "same file"),
     ] {
         let output = drystone(&folder, line).output().unwrap();
