@@ -1,40 +1,19 @@
-//! Structure of the engine: length of files, number of files per folder, and no circular imports in
-//! the step.
+//! Structure of the engine: number of files per folder, and no circular imports in the step.
 
 use std::collections::BTreeMap;
 
 use super::imports::{arrows, circles};
-use super::rust::Source;
-use super::{Tree, finding, is_test_file};
+use super::{Tree, finding};
 
 const ENGINE: &str = "crates/drystone/src/";
 const STEP: &str = "crates/drystone/src/step/";
-/// Maximum number of lines in a file, without its tests.
-const MAX_LINES: usize = 500;
 /// Maximum number of files in a folder.
 const MAX_FILES: usize = 20;
 /// Maximum number of files in an import cycle.
 const MAX_CIRCLE: usize = 3;
 
 pub fn check(tree: &Tree) -> Vec<String> {
-    [files(tree), folders(tree), step(tree)].concat()
-}
-
-fn files(tree: &Tree) -> Vec<String> {
-    let mut findings = Vec::new();
-    for (path, text) in tree.with_extension("rs") {
-        if !path.starts_with(ENGINE) || is_test_file(path) || path.ends_with("_tests.rs") {
-            continue;
-        }
-        let tests: usize =
-            Source::new(text).unit_tests().into_iter().map(|r| text[r].lines().count()).sum();
-        let lines = text.lines().count().saturating_sub(tests);
-        if lines > MAX_LINES {
-            let what = format!("{lines} lines without tests; {MAX_LINES} are the engine's limit");
-            findings.push(finding(path, 1, &what));
-        }
-    }
-    findings
+    [folders(tree), step(tree)].concat()
 }
 
 fn folders(tree: &Tree) -> Vec<String> {

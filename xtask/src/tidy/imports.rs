@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::rust::{Source, is_word, words};
-use super::{Tree, is_test_file};
+use super::{Tree, is_test_file, layers};
 
 const SOURCE: &str = "crates/drystone/src/";
 
@@ -84,11 +84,10 @@ fn reached<'a>(arrows: &'a Arrows, from: &str) -> BTreeSet<&'a str> {
     found
 }
 
-/// `step/solver/mod.rs` is the module `step`, `solver`.
+/// The module of a file; the crate's root has no name.
 fn module_of(inner: &str) -> Module {
-    let stem = inner.strip_suffix(".rs").unwrap_or(inner);
-    let stem = stem.strip_suffix("/mod").unwrap_or(stem);
-    if stem == "lib" { Module::new() } else { stem.split('/').map(str::to_owned).collect() }
+    let names = layers::module_of(inner);
+    if names == ["lib"] { Module::new() } else { names.into_iter().map(str::to_owned).collect() }
 }
 
 fn file(path: &str, code: &str) -> File {

@@ -48,7 +48,7 @@ pub fn check(tree: &Tree) -> Vec<String> {
 }
 
 /// `step/solver/mod.rs` is the module `step`, `solver`.
-fn module_of(path: &str) -> Vec<&str> {
+pub fn module_of(path: &str) -> Vec<&str> {
     let stem = path.strip_suffix(".rs").unwrap_or(path);
     stem.strip_suffix("/mod").unwrap_or(stem).split('/').collect()
 }

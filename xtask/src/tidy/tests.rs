@@ -303,7 +303,7 @@ fn circles_over_folders_long_files_and_crowded_folders_are_found() {
     let open = [IMPORTS[0], IMPORTS[1], (IMPORTS[2].0, "pub struct B;\n"), IMPORTS[3]];
     assert_eq!(house::check(&tree(&open)), [""; 0]);
     let long = "fn f() {}\n".repeat(501);
-    assert_eq!(house::check(&tree(&[("crates/drystone/src/a.rs", &long)])).len(), 1);
+    assert_eq!(source::check(&tree(&[("crates/drystone/src/a.rs", &long)])).len(), 1);
     let names: Vec<String> = (0..21).map(|i| format!("crates/drystone/src/a/f{i}.rs")).collect();
     let files: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), "")).collect();
     assert_eq!(house::check(&tree(&files)).len(), 1);

@@ -28,9 +28,9 @@ const OPEN: f32 = 1.0e-3;
 
 /// A body at the end of a step.
 struct Swung {
-    pub(crate) state: BodyState,
+    state: BodyState,
     /// Mean impulse of the joint on it in a substep [N s].
-    pub(crate) impulse: Vec3,
+    impulse: Vec3,
 }
 
 impl Solver<'_> {
