@@ -102,7 +102,7 @@ impl Scratch {
     }
 }
 
-pub(super) fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
+fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
     let still = Mover { v: body.v, w: body.w, decay_v: 1.0, decay_w: 1.0, ..Mover::default() };
     if !body.is_dynamic() {
         return still;

@@ -177,7 +177,7 @@ pub(crate) fn parts_of<S: Simd>(simd: S, substeps: u32, a: DWide<S>, b: DWide<S>
 
 /// [`half_turn`] for eight angles.
 #[inline(always)]
-pub(crate) fn half_turns<S: Simd>(simd: S, x: DWide<S>) -> (DWide<S>, DWide<S>) {
+fn half_turns<S: Simd>(simd: S, x: DWide<S>) -> (DWide<S>, DWide<S>) {
     let (one, half, two) = (splat(simd, 1.0), splat(simd, 0.5), splat(simd, 2.0));
     let (mut part, mut doublings, mut most) = (x, splat(simd, 0.0), 0_u32);
     while most < 24 {

@@ -198,7 +198,7 @@ impl World {
         }
     }
 
-    pub(in crate::world) fn end_contacts_between(&mut self, a: u32, b: u32) {
+    fn end_contacts_between(&mut self, a: u32, b: u32) {
         let tables = &self.tables;
         let rows: Vec<u32> = tables
             .contacts

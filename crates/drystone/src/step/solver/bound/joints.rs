@@ -15,7 +15,7 @@ use crate::step::solver::vec6::shift;
 use crate::step::solver::work::Bound;
 
 /// Speed at which a gap of a joint axis closes.
-pub(super) fn closing_speed(gap: f64, rate: f32, caps: &Caps, axis: usize) -> f64 {
+fn closing_speed(gap: f64, rate: f32, caps: &Caps, axis: usize) -> f64 {
     speed_of(gap, rate, (caps, caps.push(axis), axis))
 }
 
@@ -119,7 +119,7 @@ pub(super) fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
 
 /// Adds the possible work of the drives, springs and limits of a six-axis joint; with `locks` also
 /// of its locked axes.
-pub(super) fn ask_six(
+fn ask_six(
     (block, lane): (&SixBlock, usize),
     [a, b]: [Side; 2],
     acting: &[[f32; 3]; 6],
