@@ -21,7 +21,7 @@ use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
 use crate::base::simd::wide::prefetch_lines;
 use crate::base::threads::disjoint::Apart;
-use crate::base::threads::pieces::{PieceRows, Pieces};
+use crate::base::threads::pieces::{PieceRows, Pieces, ReadPieceRows};
 use crate::geometry::manifold::PairCache;
 
 // These tables dominate the memory of a world with many contacts.
@@ -36,6 +36,9 @@ pub(crate) struct Lent<'a> {
     pub(crate) probes: &'a mut [Probe],
     pub(crate) softened: &'a mut [Softened],
 }
+
+/// Contact rows as lent to workers that only read them.
+pub(crate) type ReadSlots<'a> = ReadPieceRows<'a, Option<Contact>>;
 
 /// All rows of the table, for writing by several workers.
 pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;

@@ -21,7 +21,7 @@ use crate::base::grow::Slack;
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::disjoint::{Apart, ReadRows, Rows};
 use crate::base::threads::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
@@ -214,8 +214,8 @@ const PREFETCH: usize = 4;
 fn ask_for_shapes(
     ctx: &StepContext,
     row: u32,
-    bodies: &Rows<'_, Option<Body>>,
-    shapes: &Rows<'_, Option<ShapeRow>>,
+    bodies: &ReadRows<'_, Option<Body>>,
+    shapes: &ReadRows<'_, Option<ShapeRow>>,
 ) {
     if let Some(body) = bodies.read(row as usize)
         && (body.flies || body.room <= 2.0 * reach_of_all(body, ctx))

@@ -10,7 +10,7 @@ use fearless_simd::{Simd, SimdBase, f32x4};
 use crate::base::math::{Vec3, vec3};
 use crate::base::simd::wide::{LANES, Sym3w, Vec3w, Wide, gather, gather4, scatter};
 use crate::base::sym3::Sym3;
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 
 pub(crate) const fn four(v: Vec3) -> [f32; 4] {
     [v.x, v.y, v.z, 0.0]
@@ -105,7 +105,10 @@ impl<S: Simd> Velocity<S> {
 
 /// The rows of a block's bodies.
 #[inline(always)]
-pub(crate) fn read_lanes<'a, T: Sync>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -> [&'a T; LANES] {
+pub(crate) fn read_lanes<'a, T: Sync>(
+    rows: &'a ReadRows<'_, T>,
+    r: &[u32; LANES],
+) -> [&'a T; LANES] {
     let mut all = [rows.read(r[0] as usize); LANES];
     for lane in 1..LANES {
         all[lane] = rows.read(r[lane] as usize);
@@ -117,7 +120,7 @@ pub(crate) fn read_lanes<'a, T: Sync>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -
 #[inline(always)]
 pub(crate) fn load_velocity<S: Simd>(
     simd: S,
-    lines: &Rows<'_, SolverBody>,
+    lines: &ReadRows<'_, SolverBody>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
     let of = read_lanes(lines, rows);
@@ -132,7 +135,7 @@ pub(crate) fn load_velocity<S: Simd>(
 #[inline(always)]
 pub(crate) fn load_motion<S: Simd>(
     simd: S,
-    lines: &Rows<'_, SolverBody>,
+    lines: &ReadRows<'_, SolverBody>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
     let of = read_lanes(lines, rows);

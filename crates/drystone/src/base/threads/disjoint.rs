@@ -4,7 +4,7 @@
 #![expect(unsafe_code, reason = "shared access to rows that the caller keeps apart")]
 
 use core::marker::PhantomData;
-use core::ops::Range;
+use core::ops::{Deref, Range};
 
 #[cfg(debug_assertions)]
 use super::stamps;
@@ -26,9 +26,9 @@ impl Apart {
     }
 }
 
-/// Rows lent to the workers of one phase: see [`Apart::promise`].
+/// Rows lent to the workers of one phase, to be read: see [`Rows`].
 #[derive(Debug)]
-pub(crate) struct Rows<'a, T> {
+pub(crate) struct ReadRows<'a, T> {
     first: *mut T,
     len: usize,
     /// Whether claims are checked; not for rows that belong to one chunk or one worker.
@@ -37,13 +37,27 @@ pub(crate) struct Rows<'a, T> {
     lent: PhantomData<&'a mut [T]>,
 }
 
+/// Rows lent to the workers of one phase, to be read and written: see [`Apart::promise`].
+///
+/// Code that only reads takes [`ReadRows`], to which a reference to rows converts.
+#[derive(Debug)]
+pub(crate) struct Rows<'a, T>(ReadRows<'a, T>);
+
 // SAFETY: a `Rows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where `T:
 // Sync`.
-unsafe impl<T: Send> Send for Rows<'_, T> {}
+unsafe impl<T: Send> Send for ReadRows<'_, T> {}
 // SAFETY: as above; the promise at its construction says that no row is taken twice at a time.
-unsafe impl<T: Send> Sync for Rows<'_, T> {}
+unsafe impl<T: Send> Sync for ReadRows<'_, T> {}
 
 // Written by hand: a derive would require `T: Clone` or `T: Copy`.
+impl<T> Clone for ReadRows<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for ReadRows<'_, T> {}
+
 impl<T> Clone for Rows<'_, T> {
     fn clone(&self) -> Self {
         *self
@@ -52,22 +66,31 @@ impl<T> Clone for Rows<'_, T> {
 
 impl<T> Copy for Rows<'_, T> {}
 
+impl<'a, T> Deref for Rows<'a, T> {
+    type Target = ReadRows<'a, T>;
+
+    #[inline(always)]
+    fn deref(&self) -> &ReadRows<'a, T> {
+        &self.0
+    }
+}
+
 impl<'a, T> Rows<'a, T> {
     #[inline]
     pub(crate) fn new(items: &'a mut [T], _: Apart) -> Self {
-        Self {
+        Self(ReadRows {
             first: items.as_mut_ptr(),
             len: items.len(),
             #[cfg(debug_assertions)]
             stamped: !stamps::is_in_chunk(),
             lent: PhantomData,
-        }
+        })
     }
 
     /// One row per worker: successive chunks use the same row.
     pub(crate) fn of_workers(items: &'a mut [T], apart: Apart) -> Self {
         #[cfg(debug_assertions)]
-        return Self { stamped: false, ..Self::new(items, apart) };
+        return Self(ReadRows { stamped: false, ..Self::new(items, apart).0 });
         #[cfg(not(debug_assertions))]
         Self::new(items, apart)
     }
@@ -87,6 +110,26 @@ impl<'a, T> Rows<'a, T> {
         unsafe { &mut *row }
     }
 
+    /// Returns the rows of `range`.
+    #[inline]
+    #[expect(clippy::mut_from_ref, reason = "who made it promised that rows are kept apart")]
+    pub(crate) fn slice(&self, range: Range<usize>) -> &mut [T] {
+        assert!(range.start <= range.end && range.end <= self.len);
+        // SAFETY: the range is in bounds, checked above.
+        let first = unsafe { self.first.add(range.start) };
+        #[cfg(debug_assertions)]
+        if self.stamped {
+            // Long ranges are only sampled: a full check would take longer than the work on them.
+            for i in range.clone().step_by(range.len() / 256 + 1) {
+                stamps::claim(self.first.wrapping_add(i), i);
+            }
+        }
+        // SAFETY: nobody else holds these rows: promised when `self` was made.
+        unsafe { core::slice::from_raw_parts_mut(first, range.len()) }
+    }
+}
+
+impl<'a, T> ReadRows<'a, T> {
     /// Returns row `i` for reading: one of the caller's own, or one that nobody writes in this
     /// phase.
     #[inline(always)]
@@ -131,31 +174,13 @@ impl<'a, T> Rows<'a, T> {
     pub(crate) const fn after(&self, i: usize) -> Next<'a, T> {
         Next { rows: *self, row: i + 1 }
     }
-
-    /// Returns the rows of `range`.
-    #[inline]
-    #[expect(clippy::mut_from_ref, reason = "who made it promised that rows are kept apart")]
-    pub(crate) fn slice(&self, range: Range<usize>) -> &mut [T] {
-        assert!(range.start <= range.end && range.end <= self.len);
-        // SAFETY: the range is in bounds, checked above.
-        let first = unsafe { self.first.add(range.start) };
-        #[cfg(debug_assertions)]
-        if self.stamped {
-            // Long ranges are only sampled: a full check would take longer than the work on them.
-            for i in range.clone().step_by(range.len() / 256 + 1) {
-                stamps::claim(self.first.wrapping_add(i), i);
-            }
-        }
-        // SAFETY: nobody else holds these rows: promised when `self` was made.
-        unsafe { core::slice::from_raw_parts_mut(first, range.len()) }
-    }
 }
 
 /// The next row, if there is one, to be prefetched piece by piece. A core has at most ten to twenty
 /// outstanding cache lines, and stalls on more.
 #[derive(Debug)]
 pub(crate) struct Next<'a, T> {
-    rows: Rows<'a, T>,
+    rows: ReadRows<'a, T>,
     row: usize,
 }
 

@@ -4,6 +4,7 @@
 #![expect(unsafe_code, reason = "shared access to rows that the caller keeps apart")]
 
 use core::cell::UnsafeCell;
+use core::ops::Deref;
 
 #[cfg(feature = "serde")]
 use serde::ser::SerializeSeq;
@@ -155,29 +156,41 @@ impl<T: Default> Pieces<T> {
 
     /// Lends the rows to the workers of a phase.
     pub(crate) fn lend(&mut self, _: Apart) -> PieceRows<'_, T> {
-        PieceRows {
+        PieceRows(ReadPieceRows {
             pieces: &self.pieces,
             #[cfg(debug_assertions)]
             stamped: !stamps::is_in_chunk(),
-        }
+        })
     }
 }
 
-/// Like [`super::disjoint::Rows`], for a table in pieces: see [`Apart::promise`].
+/// Like [`ReadRows`](super::disjoint::ReadRows), for a table in pieces.
 #[derive(Debug)]
-pub(crate) struct PieceRows<'a, T> {
+pub(crate) struct ReadPieceRows<'a, T> {
     pieces: &'a [Box<[UnsafeCell<T>]>],
     #[cfg(debug_assertions)]
     stamped: bool,
 }
 
+/// Like [`Rows`](super::disjoint::Rows), for a table in pieces: see [`Apart::promise`].
+#[derive(Debug)]
+pub(crate) struct PieceRows<'a, T>(ReadPieceRows<'a, T>);
+
 // SAFETY: a `PieceRows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where
 // `T: Sync`.
-unsafe impl<T: Send> Send for PieceRows<'_, T> {}
+unsafe impl<T: Send> Send for ReadPieceRows<'_, T> {}
 // SAFETY: as above; the promise at its construction says that no row is taken twice at a time.
-unsafe impl<T: Send> Sync for PieceRows<'_, T> {}
+unsafe impl<T: Send> Sync for ReadPieceRows<'_, T> {}
 
 // Written by hand: a derive would require `T: Clone` or `T: Copy`.
+impl<T> Clone for ReadPieceRows<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for ReadPieceRows<'_, T> {}
+
 impl<T> Clone for PieceRows<'_, T> {
     fn clone(&self) -> Self {
         *self
@@ -185,6 +198,15 @@ impl<T> Clone for PieceRows<'_, T> {
 }
 
 impl<T> Copy for PieceRows<'_, T> {}
+
+impl<'a, T> Deref for PieceRows<'a, T> {
+    type Target = ReadPieceRows<'a, T>;
+
+    #[inline(always)]
+    fn deref(&self) -> &ReadPieceRows<'a, T> {
+        &self.0
+    }
+}
 
 impl<T> PieceRows<'_, T> {
     /// Returns row `i`.
@@ -199,7 +221,9 @@ impl<T> PieceRows<'_, T> {
         // SAFETY: nobody else holds row `i`: promised when `self` was made.
         unsafe { &mut *cell.get() }
     }
+}
 
+impl<T> ReadPieceRows<'_, T> {
     /// Returns row `i` for reading: one of the caller's own, or one that nobody writes in this
     /// phase.
     #[inline(always)]

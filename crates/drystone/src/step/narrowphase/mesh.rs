@@ -17,7 +17,7 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Body, NONE};
-use crate::state::contacts::{Contact, Slots, Softened};
+use crate::state::contacts::{Contact, ReadSlots, Slots, Softened};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
@@ -159,19 +159,19 @@ fn list_parts(
     ctx: &StepContext,
     (row, first): (u32, &Contact),
     bodies: [&Body; 2],
-    slots: &Slots<'_>,
+    slots: &ReadSlots<'_>,
     out: &mut Vec<Change>,
 ) {
     if first.sensor || first.count == 0 {
         return;
     }
     list_part(ctx, (row, first), bodies, out);
-    let mut part = if first.others > 0 { next(first, slots) } else { None };
+    let mut part = if first.others > 0 { read_next(first, slots) } else { None };
     while let Some((row, contact)) = part {
         if contact.count > 0 {
             list_part(ctx, (row, contact), bodies, out);
         }
-        part = next(contact, slots);
+        part = read_next(contact, slots);
     }
 }
 
@@ -191,11 +191,17 @@ fn next<'a>(contact: &Contact, slots: &'a Slots<'_>) -> Option<(u32, &'a mut Con
     (row != NONE).then(|| slots.row(row as usize).as_mut().map(|c| (row, c))).flatten()
 }
 
+/// The next manifold of a pair, with its row, for reading.
+fn read_next<'a>(contact: &Contact, slots: &'a ReadSlots<'_>) -> Option<(u32, &'a Contact)> {
+    let row = contact.next_part;
+    (row != NONE).then(|| slots.read(row as usize).as_ref().map(|c| (row, c))).flatten()
+}
+
 /// True if the shape has hardly moved since the manifolds were made.
 fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
-    (a, shape, slots): (&Body, &ShapeRow, &Slots<'_>),
+    (a, shape, slots): (&Body, &ShapeRow, &ReadSlots<'_>),
     motion: &Motion,
     [ahead, turn]: [f32; 2],
 ) -> bool {
@@ -207,10 +213,10 @@ fn may_recycle(
     }
     let limit = ctx.recycle_distance.min(0.25 * motion.radius);
     let mut points = contact.count;
-    let mut part = if contact.others > 0 { next(contact, slots) } else { None };
+    let mut part = if contact.others > 0 { read_next(contact, slots) } else { None };
     while let Some((_, contact)) = part {
         points += contact.count;
-        part = next(contact, slots);
+        part = read_next(contact, slots);
     }
     // All triangles without points are farther away than the shape moves in this step. Otherwise a
     // fast shape must be tested again, and corners that were far when a tilted box landed on an
@@ -230,15 +236,15 @@ fn continue_parts(
     contact: &Contact,
     made: &[Manifold],
     pose_a: &Pose,
-    slots: &Slots<'_>,
+    slots: &ReadSlots<'_>,
 ) -> [Option<usize>; MAX_PARTS] {
     let mut old = [None; MAX_PARTS];
     old[0] = (contact.count > 0).then_some(contact.normal);
-    let mut part = next(contact, slots);
+    let mut part = read_next(contact, slots);
     for normal in &mut old[1..] {
         let Some((_, contact)) = part else { break };
         *normal = (contact.count > 0).then_some(contact.normal);
-        part = next(contact, slots);
+        part = read_next(contact, slots);
     }
     let mut order = [None; MAX_PARTS];
     let mut left = [false; MAX_PARTS];

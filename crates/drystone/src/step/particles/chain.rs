@@ -28,7 +28,7 @@ use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, bits, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
 use crate::base::sym3::Sym3;
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{LinkColor, ParticleLine};
 use crate::step::solver_body::read_lanes;
@@ -188,7 +188,7 @@ fn pair(rows: &mut [ChainRow], i: usize) -> (&mut ChainRow, &mut ChainRow) {
 
 /// Reads velocities, and vectors from particle to particle.
 #[inline(always)]
-fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &Rows<'_, ParticleLine>) {
+fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &ReadRows<'_, ParticleLine>) {
     let mut before = Vec3w::zero(simd);
     for i in 0..rows.len() {
         let of = read_lanes(lines, &rows[i].line);

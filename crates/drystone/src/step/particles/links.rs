@@ -12,7 +12,7 @@ use super::pace::{Form, Pace};
 use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
 use crate::step::context::softness::Softness;
 use crate::step::solver_body::read_lanes;
@@ -31,7 +31,7 @@ struct Ends<S: Simd> {
 }
 
 #[inline(always)]
-fn read<S: Simd>(simd: S, lines: &Rows<'_, ParticleLine>, block: &LinkBlock) -> Ends<S> {
+fn read<S: Simd>(simd: S, lines: &ReadRows<'_, ParticleLine>, block: &LinkBlock) -> Ends<S> {
     let (a, b) = (read_lanes(lines, &block.row_a), read_lanes(lines, &block.row_b));
     let (mut v, mut x) = ([&a[0].v; LANES], [&a[0].x; LANES]);
     let (mut u, mut y) = ([&b[0].v; LANES], [&b[0].x; LANES]);

@@ -20,7 +20,7 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::simd::wide::{
     LANES, Lanes, Vec3w, above, at, bits, inverse_or_zero, load, max, put, select, splat, sqrt,
 };
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::ReadRows;
 use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::state::bodies::Bodies;
 use crate::state::particles::Touch;
@@ -274,7 +274,7 @@ fn arrival(ground: &Ground<'_>, m: &Meeting, bodies: &Bodies) -> f32 {
 fn prepare<S: Simd>(
     simd: S,
     block: &mut PointBlock,
-    whitening: &Rows<'_, Whitening>,
+    whitening: &ReadRows<'_, Whitening>,
     ground: &Ground<'_>,
     pushes: bool,
 ) {

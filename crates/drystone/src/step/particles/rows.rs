@@ -7,7 +7,7 @@
 use super::pace::{Form, Pace};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
-use crate::base::threads::disjoint::{Apart, Rows};
+use crate::base::threads::disjoint::{Apart, ReadRows, Rows};
 use crate::state::particles::ParticleLine;
 use crate::step::context::caps::SHORTEST_OF_PARTICLES;
 use crate::step::solver_body::{SolverBody, Whitening, three};
@@ -25,7 +25,7 @@ pub(crate) struct Partner {
 }
 
 impl Partner {
-    pub(crate) fn new(line: u32, whitening: &Rows<'_, Whitening>) -> Self {
+    pub(crate) fn new(line: u32, whitening: &ReadRows<'_, Whitening>) -> Self {
         if line == 0 {
             return Self::default();
         }
@@ -34,7 +34,7 @@ impl Partner {
     }
 
     /// Velocity of its point at `r`.
-    fn velocity(&self, lines: &Rows<'_, SolverBody>, r: Vec3) -> Vec3 {
+    fn velocity(&self, lines: &ReadRows<'_, SolverBody>, r: Vec3) -> Vec3 {
         if self.line == 0 {
             return Vec3::ZERO;
         }
@@ -43,7 +43,7 @@ impl Partner {
     }
 
     /// Displacement of its center, and its rotation, since the step's start.
-    fn motion(&self, lines: &Rows<'_, SolverBody>) -> (Vec3, Vec3) {
+    fn motion(&self, lines: &ReadRows<'_, SolverBody>) -> (Vec3, Vec3) {
         if self.line == 0 {
             return (Vec3::ZERO, Vec3::ZERO);
         }

@@ -10,7 +10,7 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::simd::wide::{LANES, Vec3w};
 use crate::base::sym3::Sym3;
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::ReadRows;
 use crate::state::bodies::{Body, Fineness};
 use crate::step::context::StepContext;
 use crate::step::context::softness::decay;
@@ -172,7 +172,7 @@ pub(crate) fn velocities(line: &mut SolverBody, aux: &mut Aux, first: bool) {
 #[inline(always)]
 pub(crate) fn load_start<S: Simd>(
     simd: S,
-    aux: &Rows<'_, Aux>,
+    aux: &ReadRows<'_, Aux>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
     let (mut v, mut w) = ([[0.0; 4]; LANES], [[0.0; 4]; LANES]);

@@ -26,7 +26,7 @@ use super::sweep::DEEP_RATE;
 use crate::base::simd::wide::{
     LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat,
 };
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
@@ -140,7 +140,7 @@ impl Solver<'_> {
         let parts = above(load(simd, &parts), zero);
         let inv_dt = splat(simd, 1.0 / ctx.dt);
         let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
-        let of = |load: fn(S, &Rows<'_, SolverBody>, &[u32; LANES]) -> Velocity<S>| {
+        let of = |load: fn(S, &ReadRows<'_, SolverBody>, &[u32; LANES]) -> Velocity<S>| {
             (load(simd, &self.lines, &block.row_a), load(simd, &self.lines, &block.row_b))
         };
         let (motion, velocity) = (of(load_motion), of(load_velocity));

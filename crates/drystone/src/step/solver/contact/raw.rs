@@ -5,9 +5,9 @@ use fearless_simd::Simd;
 use crate::base::bit_set::BitSet;
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{LANES, Lanes, Vec3w, Wide, gather_rows, gather4, load, put};
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::ReadRows;
 use crate::state::bodies::Bodies;
-use crate::state::contacts::{Contact, Slots, Softened, Traits};
+use crate::state::contacts::{Contact, ReadSlots, Softened, Traits};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::narrowphase;
@@ -46,10 +46,10 @@ pub(crate) struct Source<'a> {
     pub(crate) bodies: &'a Bodies,
     /// Solver body of each body row; 0 for bodies that cannot be pushed.
     pub(crate) line_of: &'a [u32],
-    pub(crate) whitening: &'a Rows<'a, Whitening>,
+    pub(crate) whitening: &'a ReadRows<'a, Whitening>,
     /// Acceleration of each solver body [m/s²].
-    pub(crate) acceleration: &'a Rows<'a, Vec3>,
-    pub(crate) contacts: &'a Slots<'a>,
+    pub(crate) acceleration: &'a ReadRows<'a, Vec3>,
+    pub(crate) contacts: &'a ReadSlots<'a>,
     pub(crate) softened: &'a [Softened],
     pub(crate) shapes: &'a Shapes,
     /// Some overlap may be corrected by displacement.

@@ -25,7 +25,7 @@ use super::{prepare, raw, store};
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{LANES, Sym3w, Vec3w, load, scatter, splat};
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use crate::geometry::manifold::Manifold;
@@ -370,7 +370,7 @@ fn rebase<S: Simd>(
     simd: S,
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
-    lines: &Rows<'_, SolverBody>,
+    lines: &ReadRows<'_, SolverBody>,
     (fixed, elapsed): (bool, f32),
 ) {
     let n = Vec3w::load(simd, &block.n);

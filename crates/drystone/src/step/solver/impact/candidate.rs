@@ -5,7 +5,7 @@ use fearless_simd::Level;
 
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{LANES, at};
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::state::bodies::{Bodies, NONE};
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::contact::arena::Blocks;
@@ -21,13 +21,13 @@ pub(crate) const STILL: f32 = 1.0e-4;
 pub(crate) struct Source<'a> {
     pub(crate) level: Level,
     pub(crate) blocks: &'a Blocks<'a>,
-    pub(crate) extras: Option<&'a Rows<'a, Extra>>,
+    pub(crate) extras: Option<&'a ReadRows<'a, Extra>>,
     pub(crate) owners: &'a [[u32; LANES]],
     pub(crate) lines: &'a Rows<'a, SolverBody>,
     pub(crate) aux: &'a Rows<'a, Aux>,
-    pub(crate) whitening: &'a Rows<'a, Whitening>,
+    pub(crate) whitening: &'a ReadRows<'a, Whitening>,
     /// Acceleration of each solver body [m/s²].
-    pub(crate) acceleration: &'a Rows<'a, Vec3>,
+    pub(crate) acceleration: &'a ReadRows<'a, Vec3>,
     /// Duration of the step and of a substep.
     pub(crate) dt: f32,
     pub(crate) h: f32,

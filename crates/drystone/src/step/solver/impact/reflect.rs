@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use super::candidate::{Candidate, Hit, Source};
 use super::response::{Reaction, Response};
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 
 /// Maximum sweeps over the points of one round. One point needs one sweep; the error of two balls
 /// side by side falls by a factor of 16 in each.
@@ -18,7 +18,7 @@ const PRECISION: f32 = 1.0e-5;
 pub(crate) struct Part<'a, S: Simd> {
     pub(crate) simd: S,
     pub(crate) source: &'a Source<'a>,
-    pub(crate) candidates: &'a Rows<'a, Candidate>,
+    pub(crate) candidates: &'a ReadRows<'a, Candidate>,
     pub(crate) responses: &'a Rows<'a, Response>,
     pub(crate) hits: &'a mut [Hit],
 }

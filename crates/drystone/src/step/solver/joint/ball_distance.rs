@@ -19,7 +19,7 @@ use super::block::{JointBlock, JointRest};
 use super::root::{Root, RootRows};
 use super::sweep::{JointSweep, Turn, bend};
 use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
-use crate::base::threads::disjoint::{Next, Rows};
+use crate::base::threads::disjoint::{Next, ReadRows, Rows};
 use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 
 /// The next block, to prefetch.
@@ -58,7 +58,7 @@ fn read<S: Simd, R: Root<S>>(
     simd: S,
     (block, rest): (&JointBlock, &JointRest),
     fixed: bool,
-    lines: &Rows<'_, SolverBody>,
+    lines: &ReadRows<'_, SolverBody>,
     sweep: &JointSweep,
 ) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));

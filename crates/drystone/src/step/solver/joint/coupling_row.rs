@@ -13,7 +13,7 @@ use super::sweep::JointSweep;
 use crate::base::id::JointId;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::state::bodies::{Bodies, Body};
 use crate::state::coupling::{Coupling, CouplingDef, coordinate};
 use crate::state::def::Pulley;
@@ -202,7 +202,7 @@ impl Source {
 }
 
 impl CouplingRow {
-    pub(crate) fn now(&self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) -> Now {
+    pub(crate) fn now(&self, lines: &ReadRows<'_, SolverBody>, sweep: &JointSweep) -> Now {
         let back = if sweep.is_relax { sweep.back } else { 0.0 };
         let motion = |line: usize| {
             let line = lines.read(line);
@@ -276,7 +276,7 @@ impl CouplingRow {
 
     /// The impulse of this sweep, the speed at which it closed, and the rate of C by kinematic
     /// bodies.
-    pub(crate) fn pushed(&self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) -> [f32; 3] {
+    pub(crate) fn pushed(&self, lines: &ReadRows<'_, SolverBody>, sweep: &JointSweep) -> [f32; 3] {
         let now = self.now(lines, sweep);
         let speed = sweep.softness.rate * now.c;
         let closed = sweep.caps.closing_row(speed, now.c, self.source.is_turn());

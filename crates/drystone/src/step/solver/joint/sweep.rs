@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 
 use crate::base::simd::wide::{LANES, Vec3w, Wide, min, splat};
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::ReadRows;
 use crate::step::context::StepContext;
 use crate::step::context::caps::Caps;
 use crate::step::context::softness::Softness;
@@ -86,7 +86,7 @@ impl JointSweep {
     pub(crate) fn read<S: Simd>(
         &self,
         simd: S,
-        lines: &Rows<'_, SolverBody>,
+        lines: &ReadRows<'_, SolverBody>,
         rows: &[u32; LANES],
     ) -> (Velocity<S>, Velocity<S>) {
         let v = load_velocity(simd, lines, rows);

@@ -9,7 +9,7 @@ use super::locked_axes::Row;
 use crate::base::simd::wide::{
     Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
-use crate::base::threads::disjoint::Rows;
+use crate::base::threads::disjoint::ReadRows;
 use crate::step::solver::body::integrate::load_start;
 use crate::step::solver::body::row::Aux;
 use crate::step::solver::joint::sweep::{JointSweep, Turn};
@@ -121,7 +121,7 @@ impl<S: Simd> Placed<S> {
     pub(crate) fn read(
         simd: S,
         block: &SixBlock,
-        (lines, aux): (&Rows<'_, SolverBody>, &Rows<'_, Aux>),
+        (lines, aux): (&ReadRows<'_, SolverBody>, &ReadRows<'_, Aux>),
         sweep: &JointSweep,
     ) -> Self {
         let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
