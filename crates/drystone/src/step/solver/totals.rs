@@ -208,8 +208,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Writes the sums to the joints. This runs before a joint with a pendulum body reports its
-    /// impulse.
+    /// Writes the sums to the joints. A pendulum's joint has its own already.
     pub(super) fn store_tallies(&self, group: &Group) {
         if !self.askers.breakage {
             return;
@@ -223,7 +222,8 @@ impl Solver<'_> {
         };
         let joints = &self.plan.joints;
         for i in joints.blocks_of(&group.joints) {
-            for (lane, row) in joints.owners[i].iter().enumerate() {
+            let block = self.joints.read(i);
+            for (lane, row) in joints.owners[i].iter().enumerate().filter(|l| block.is_solved(l.0)) {
                 give(*row, self.joint_tallies.read(i).of(lane));
             }
         }

@@ -42,6 +42,16 @@ pub(crate) struct JointRest {
 }
 
 impl JointBlock {
+    /// True if the lane has rows: a joint that is no pendulum.
+    pub(crate) const fn is_solved(&self, lane: usize) -> bool {
+        self.row_a[lane] != 0 || self.row_b[lane] != 0
+    }
+
+    /// True if no lane has rows.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.row_a == [0; LANES] && self.row_b == [0; LANES]
+    }
+
     /// True for a block of ball joints whose bodies all have the same inertia about every axis.
     pub(crate) fn is_round(&self) -> bool {
         self.round[0][0] >= 0.0

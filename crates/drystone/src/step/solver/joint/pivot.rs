@@ -26,6 +26,18 @@ use crate::step::solver::lent::Solver;
 /// A joint whose gap exceeds this part of the body's reach is closed by its rows [1].
 const OPEN: f32 = 1.0e-3;
 
+/// A body on one ball joint, and the body that holds it.
+struct Held<'a> {
+    line: usize,
+    body: &'a Body,
+    other: &'a Body,
+    /// Anchors on both [m, frames of the centers of mass].
+    r: Vec3,
+    at: Vec3,
+    /// 1 if the joint's impulse acts on the body, -1 if on the other one.
+    sign: f32,
+}
+
 /// A body at the end of a step.
 struct Swung {
     state: BodyState,
@@ -34,33 +46,43 @@ struct Swung {
 }
 
 impl Solver<'_> {
-    /// Moves the body of a joint as a pendulum; true if it is one. The end of the
-    /// step is then stored apart from the solver body, see [`Solver::put_end`].
-    pub(crate) fn swing(&self, joint: &mut Joint) -> bool {
-        let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
-        let (line, body, r, other, at, sign) =
-            match (self.line_of[body_a as usize], self.line_of[body_b as usize]) {
-                (0, line @ 1..) => (line, body_b, anchor_b, body_a, anchor_a, 1.0),
-                (line @ 1.., 0) => (line, body_a, anchor_a, body_b, anchor_b, -1.0),
-                _ => return false,
-            };
-        let (body, other) = (self.bodies.at(body), self.bodies.at(other));
-        if !matches!(joint.link, Link::Ball) || other.active() || !is_free(body) {
+    /// Moves the body of a joint through the whole step, if it is a pendulum; true if it is one.
+    /// No row acts on its solver body then, whose motion does not count: see [`Solver::put_end`].
+    pub(crate) fn swing(&self, row: u32) -> bool {
+        let Some(Held { line, body, r, other, at, sign }) =
+            self.joint(row).and_then(|joint| self.held(joint))
+        else {
             return false;
-        }
+        };
         let pivot = other.center + other.rotation.rotate(at);
         let gap = body.center + body.rotation.rotate(r) - pivot;
         if gap.length() > OPEN * (r.length() + body.extent) {
             return false;
         }
         let Some(end) = swung(self.ctx, body, pivot, r) else { return false };
-        joint.impulse = (end.impulse * (sign * self.ctx.store_scale())).bounded();
-        #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
-        let substeps = self.ctx.substeps as f32;
-        joint.given = [(end.impulse * (sign * substeps)).bounded(), Vec3::ZERO];
-        joint.peak = [bounded(joint.impulse.length()), 0.0];
-        self.put_end(line as usize, end.state);
+        self.put_end(line, end.state);
+        if let Some(joint) = self.joint_slots.row(row as usize) {
+            joint.impulse = (end.impulse * (sign * self.ctx.store_scale())).bounded();
+            #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
+            let substeps = self.ctx.substeps as f32;
+            joint.given = [(end.impulse * (sign * substeps)).bounded(), Vec3::ZERO];
+            joint.peak = [bounded(joint.impulse.length()), 0.0];
+        }
         true
+    }
+
+    /// The body that a ball joint holds, if nothing else acts on it.
+    fn held(&self, joint: &Joint) -> Option<Held<'_>> {
+        let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
+        let (line, body, r, other, at, sign) =
+            match (self.line_of[body_a as usize], self.line_of[body_b as usize]) {
+                (0, line @ 1..) => (line as usize, body_b, anchor_b, body_a, anchor_a, 1.0),
+                (line @ 1.., 0) => (line as usize, body_a, anchor_a, body_b, anchor_b, -1.0),
+                _ => return None,
+            };
+        let (body, other) = (self.bodies.at(body), self.bodies.at(other));
+        let is_pendulum = matches!(joint.link, Link::Ball) && !other.active() && is_free(body);
+        is_pendulum.then_some(Held { line, body, r, other, at, sign })
     }
 }
 

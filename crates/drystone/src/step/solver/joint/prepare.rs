@@ -40,6 +40,9 @@ impl Solver<'_> {
                 for i in blocks {
                     let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
                     let next = Ahead { block: self.joints.after(i), rest: self.joint_rests.after(i) };
+                    if block.is_empty() {
+                        continue;
+                    }
                     let (fixed, lines) = (batch.fixed, &self.lines);
                     if batch.class == DISTANCE {
                         ball_distance::solve_distance(simd, (block, rest), next, fixed, lines, sweep);
@@ -117,8 +120,8 @@ impl Solver<'_> {
         if row == NONE { None } else { self.joint_slots.read(row as usize).as_ref() }
     }
 
-    /// Reads the joints of a block, their bodies' states, impulses and solver bodies; lanes without
-    /// a joint stay 0.
+    /// Reads the joints of a block, their bodies' states, impulses and solver bodies. Lanes without
+    /// a joint stay 0, and so do those of pendulums: their motion is complete.
     fn read_joints(
         &self,
         owners: &[u32; LANES],
@@ -127,7 +130,9 @@ impl Solver<'_> {
         impulses: &mut [[f32; 4]; LANES],
     ) {
         for (lane, row) in owners.iter().enumerate() {
-            let lines = if let Some(joint) = self.joint(*row) {
+            let lines = if self.swing(*row) {
+                [0; 2]
+            } else if let Some(joint) = self.joint(*row) {
                 raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
                 raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
                 impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
@@ -188,13 +193,13 @@ impl Solver<'_> {
 
     fn store_one(&self, block: usize) {
         let owners = &self.plan.joints.owners[block];
-        let impulse = &self.joints.read(block).impulse;
+        let block = self.joints.read(block);
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
+                && block.is_solved(lane)
                 && let Some(joint) = self.joint_slots.row(*row as usize)
-                && !self.swing(joint)
             {
-                joint.impulse = (at(impulse, lane) * self.ctx.store_scale()).bounded();
+                joint.impulse = (at(&block.impulse, lane) * self.ctx.store_scale()).bounded();
             }
         }
     }
