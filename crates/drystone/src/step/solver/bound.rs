@@ -104,7 +104,7 @@ impl Solver<'_> {
         let is_first = solves && substep == 0;
         let ripple = RIPPLE * f64::from(self.ctx.h);
         let steps = f64::from(self.ctx.substeps);
-        let bounds = self.bounds.slice(group.bins.clone());
+        let bounds = self.joint.bounds.slice(group.bins.clone());
         if is_first {
             self.find_quiet(group, bounds);
         } else if bounds.iter().all(|bound| bound.is_quiet) {
@@ -118,9 +118,9 @@ impl Solver<'_> {
             if bounds[bin as usize - group.bins.start].is_quiet && !is_first {
                 continue;
             }
-            let aux = self.aux.read(i);
+            let aux = self.body.aux.read(i);
             let [v, w] = aux.before();
-            let line = self.lines.read(i);
+            let line = self.body.lines.read(i);
             let (mut work, mut energy) = (0.0, 0.0);
             for c in 0..4 {
                 work += (line.v[c] - v[c]) * (line.v[c] + v[c]);
@@ -156,13 +156,13 @@ impl Solver<'_> {
             let is_slow = body.w.length() < most && body.v.length() < most * body.extent;
             bounds[at(i) as usize].is_quiet &= is_slow;
         }
-        if !self.has_extras {
+        if !self.contact.has_extras {
             return;
         }
         // A moving surface drives through contacts with a body that has no solver body.
         let batches = &self.plan.contacts.batches[group.contacts.clone()];
         for i in batches.iter().filter(|batch| batch.fixed).flat_map(|b| b.blocks.clone()) {
-            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            let (block, extra) = (self.contact.blocks.read(i), self.contact.extras.read(i));
             for lane in 0..LANES {
                 let line = block.row_b[lane];
                 let mut drifts = extra.drift.iter().chain(&extra.drift_t);
@@ -186,12 +186,12 @@ impl Solver<'_> {
         self.ask_sixdofs(group, &sweep, bounds);
         self.ask_trees(group, bounds);
         for i in group.couplings.clone() {
-            let row = self.couplings.read(i);
+            let row = self.joint.couplings.read(i);
             let Some(bound) = row.lines().next().and_then(|line| self.over(line, group, bounds))
             else {
                 continue;
             };
-            let [impulse, closing, drift] = row.pushed(&self.lines, &sweep);
+            let [impulse, closing, drift] = row.pushed(&self.body.lines, &sweep);
             bound.drive(impulse, f64::from(drift));
             bound.close(f64::from(impulse), f64::from(closing), 0);
         }
@@ -238,7 +238,7 @@ impl Solver<'_> {
                 bound.is_over = false;
                 continue;
             }
-            let whitening = self.whitening.read(i);
+            let whitening = self.body.whitening.read(i);
             let alpha = f64::from(whitening.alpha());
             let mass = 1.0 / (alpha * alpha);
             let s = whitening.s();
@@ -246,8 +246,8 @@ impl Solver<'_> {
             let inverse = f64::from(s.mul(Vec3::X).length_squared())
                 + f64::from(s.mul(Vec3::Y).length_squared())
                 + f64::from(s.mul(Vec3::Z).length_squared());
-            let [v, w] = self.aux.read(i).before();
-            let line = self.lines.read(i);
+            let [v, w] = self.body.aux.read(i).before();
+            let line = self.body.lines.read(i);
             let place = DVec3::from(self.at_start(self.plan.members[i - 1]).center);
             bound.mass += mass;
             bound.first = bound.first + place * mass;
@@ -271,9 +271,9 @@ impl Solver<'_> {
         let i = line as usize;
         let moments = self.bodies.at(self.plan.members[i - 1]).moments;
         let turns = moments.max_element() > 0.0;
-        let (line, whitening) = (self.lines.read(i), self.whitening.read(i));
+        let (line, whitening) = (self.body.lines.read(i), self.body.whitening.read(i));
         let (alpha, s) = (whitening.alpha(), whitening.s());
-        let [v, w] = self.aux.read(i).before();
+        let [v, w] = self.body.aux.read(i).before();
         let motion = |v: [f32; 4]| DVec3::from(three(v) * alpha);
         let turn = |w: [f32; 4]| DVec3::from(s.mul(three(w)));
         Side {
@@ -287,7 +287,7 @@ impl Solver<'_> {
     }
 
     fn tree_line(&self, tree: &Tree) -> usize {
-        self.tree_bodies.read(tree.bodies.start).line as usize
+        self.tree.bodies.read(tree.bodies.start).line as usize
     }
 
     /// Scales all impulses of the islands over their bound by their factors.
@@ -295,8 +295,8 @@ impl Solver<'_> {
     fn take_part(&self, group: &Group, bounds: &mut [Bound]) {
         for i in self.bin_lines(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
-            let (part, line) = (bound.part as f32, self.lines.row(i));
-            let [v, w] = self.aux.read(i).before();
+            let (part, line) = (bound.part as f32, self.body.lines.row(i));
+            let [v, w] = self.body.aux.read(i).before();
             if part > 0.0 {
                 for c in 0..4 {
                     line.v[c] = v[c] + (line.v[c] - v[c]) * part;
@@ -308,7 +308,7 @@ impl Solver<'_> {
         }
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             for i in batch.blocks.clone() {
-                let block = self.blocks.row(i);
+                let block = self.contact.blocks.row(i);
                 for lane in 0..LANES {
                     let a = if batch.fixed { 0 } else { block.row_a[lane] };
                     let ends = [a, block.row_b[lane]];
@@ -319,8 +319,8 @@ impl Solver<'_> {
                         .iter_mut()
                         .for_each(|p| take(&mut p.impulse, lane, part));
                     block.friction.iter_mut().for_each(|p| take(p, lane, part));
-                    if self.has_extras {
-                        let rolls = &mut self.extras.row(i).rolling_impulse;
+                    if self.contact.has_extras {
+                        let rolls = &mut self.contact.extras.row(i).rolling_impulse;
                         rolls.iter_mut().for_each(|p| take(p, lane, part));
                     }
                 }
@@ -333,7 +333,7 @@ impl Solver<'_> {
     fn take_part_of_joints(&self, group: &Group, bounds: &mut [Bound]) {
         let blocks = |of: &Layout, batches: &core::ops::Range<usize>| of.blocks_of(batches);
         for i in blocks(&self.plan.joints, &group.joints) {
-            let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
+            let (block, rest) = (self.joint.blocks.row(i), self.joint.extras.row(i));
             for lane in 0..LANES {
                 let ends = [block.row_a[lane], block.row_b[lane]];
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
@@ -349,7 +349,7 @@ impl Solver<'_> {
             }
         }
         for i in blocks(&self.plan.sixdofs, &group.sixdofs) {
-            let block = self.sixdofs.row(i);
+            let block = self.joint.six.row(i);
             for lane in 0..LANES {
                 let ends = [block.row_a[lane], block.row_b[lane]];
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
@@ -374,7 +374,7 @@ impl Solver<'_> {
             }
         }
         for i in group.couplings.clone() {
-            let row = self.couplings.row(i);
+            let row = self.joint.couplings.row(i);
             let line = row.lines().next();
             if let Some(bound) = line.and_then(|line| self.over(line, group, bounds)) {
                 row.restrain(bound.part as f32);

@@ -11,7 +11,7 @@
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 
 mod bound;
-mod work;
+pub(crate) mod work;
 mod impact;
 mod plan;
 mod rounds;
@@ -54,7 +54,7 @@ pub(crate) fn solve(
     tied: &mut Tied<'_>,
     jobs: &Jobs<'_>,
 ) {
-    scratch.begin_step();
+    scratch.contact.begin_step();
     if config.method.is_classic() {
         scratch.leave_wide();
         let Scratch { classic, solved, .. } = scratch;

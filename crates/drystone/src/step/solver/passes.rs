@@ -125,7 +125,7 @@ impl Solver<'_> {
         if self.collides() {
             self.add_impacts(number);
         }
-        if self.has_extras {
+        if self.contact.has_extras {
             self.find_free(group);
         }
         self.store(group, jobs);

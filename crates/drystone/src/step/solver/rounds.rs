@@ -28,15 +28,15 @@ impl Solver<'_> {
             ctx.impulse_scale = 1.0 / ctx.store_scale();
         }
         for i in group.lines.clone() {
-            self.put_end(i, *self.states.read(i));
+            self.put_end(i, *self.body.states.read(i));
         }
     }
 
     /// Stores a body's state at the step's end. Its solver body keeps its motion, which `finalize`
     /// then does not read.
     pub(super) fn put_end(&self, line: usize, end: BodyState) {
-        *self.states.row(line) = end;
-        self.aux.row(line).ended = true;
+        *self.body.states.row(line) = end;
+        self.body.aux.row(line).ended = true;
     }
 
     /// State of a body at the start of the round.
@@ -47,9 +47,9 @@ impl Solver<'_> {
     }
 
     fn moved(&self, row: u32, body: &Body) -> BodyState {
-        let line = self.line_of[row as usize] as usize;
+        let line = self.body.line_of[row as usize] as usize;
         if line != 0 {
-            return *self.states.read(line);
+            return *self.body.states.read(line);
         }
         let start = BodyState::of(body);
         if !body.active() {
@@ -63,7 +63,8 @@ impl Solver<'_> {
     fn move_on(&self, group: &Group) {
         for i in group.lines.clone() {
             let start = self.at_start(self.plan.members[i - 1]);
-            *self.states.row(i) = start.after(self.lines.read(i), self.whitening.read(i));
+            *self.body.states.row(i) =
+                start.after(self.body.lines.read(i), self.body.whitening.read(i));
         }
     }
 }

@@ -19,36 +19,19 @@ use super::totals_rows::{
     ASKED, ContactTally, ContactTotals, JointTally, LANDED, NEW, POINTS, Peaks, TURNS, Totals,
     TreeTally, Watch, When, landed,
 };
-use crate::base::grow;
 use crate::base::math::{bounded, vec3};
 use crate::base::simd::wide::LANES;
 use crate::state::bodies::NONE;
 
 impl super::scratch::Scratch {
-    /// Allocates the sums of a step; the sums of joints only if something can break.
-    pub(super) fn make_tallies(&mut self, (breakage, asks): (bool, bool)) {
-        let blocks = self.plan.contacts.owners.len();
-        self.watches.clear();
-        self.watches.resize(blocks, Watch::NONE);
-        if self.tallies.len() < blocks {
-            grow::resize(&mut self.tallies, blocks, ContactTally::default());
-        }
-        self.peaks.resize(if asks { blocks } else { 0 }, Peaks::default());
-        let room = |n: usize| if breakage { n } else { 0 };
-        let none = JointTally::default();
-        self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
-        self.six_tallies.resize(room(self.plan.sixdofs.owners.len()), none);
-        let none = TreeTally::default();
-        self.tree_tallies.resize(room(self.plan.forest.joints.len()), none);
-    }
-
     /// Impulses in the last step of the contacts that landed or report forces, in no particular
     /// order.
     pub(crate) fn given(&self) -> impl Iterator<Item = ContactTotals> {
-        let blocks = self.watches.iter().zip(&self.tallies).zip(&self.plan.contacts.owners);
+        let blocks =
+            self.contact.watches.iter().zip(&self.contact.tallies).zip(&self.plan.contacts.owners);
         let watched = blocks.enumerate().filter(|(_, ((watch, _), _))| **watch != Watch::NONE);
         let summed = watched.flat_map(|(i, ((watch, tally), owners))| {
-            let peaks = self.peaks.get(i).copied().unwrap_or_default();
+            let peaks = self.contact.peaks.get(i).copied().unwrap_or_default();
             let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (ASKED | LANDED) != 0);
             lanes.map(move |lane| {
                 let [x, y, z] = tally.push.map(|sum| bounded(sum[lane]));
@@ -70,7 +53,7 @@ impl Solver<'_> {
     /// Decides at the step's start which contacts of a block are summed. `turns`: the block is
     /// rebuilt within the step.
     pub(super) fn watch(&self, i: usize, turns: bool) {
-        let mut watch = Watch(self.blocks.read(i).landing);
+        let mut watch = Watch(self.contact.blocks.read(i).landing);
         if self.askers.any() {
             for (lane, row) in self.plan.contacts.owners[i].iter().enumerate() {
                 if *row != u32::MAX
@@ -86,29 +69,29 @@ impl Solver<'_> {
         }
         if watch != Watch::NONE {
             self.begin_tally(i);
-            *self.watches.row(i) = watch;
+            *self.contact.watches.row(i) = watch;
         }
     }
 
     /// Adds points that may land, after a block was rebuilt within the step.
     pub(super) fn watch_more(&self, i: usize) {
-        let more = self.blocks.read(i).landing;
-        for (bits, more) in self.watches.row(i).0.iter_mut().zip(more) {
+        let more = self.contact.blocks.read(i).landing;
+        for (bits, more) in self.contact.watches.row(i).0.iter_mut().zip(more) {
             *bits |= more;
         }
     }
 
     fn begin_tally(&self, i: usize) {
-        *self.tallies.row(i) = ContactTally::default();
+        *self.contact.tallies.row(i) = ContactTally::default();
         if self.askers.any() {
-            *self.peaks.row(i) = Peaks::default();
+            *self.contact.peaks.row(i) = Peaks::default();
         }
     }
 
     /// The sums of a block, if any are kept.
     #[inline(always)]
     pub(super) fn tally(&self, i: usize) -> Option<&mut ContactTally> {
-        self.watches.read(i).is_asked().then(|| self.tallies.row(i))
+        self.contact.watches.read(i).is_asked().then(|| self.contact.tallies.row(i))
     }
 
     /// Adds the impulses of a group's impacts to the sums.
@@ -117,7 +100,7 @@ impl Solver<'_> {
             let Some(tally) = self.tally(block) else { continue };
             tally.add_bounce(lane, bounce);
             if self.askers.any() {
-                self.peaks.row(block).add_bounce(lane, bounce);
+                self.contact.peaks.row(block).add_bounce(lane, bounce);
             }
         }
     }
@@ -126,7 +109,7 @@ impl Solver<'_> {
     /// landed.
     pub(super) fn end_tally(&self, i: usize) {
         let Some(tally) = self.tally(i) else { return };
-        let mut peaks = self.askers.any().then(|| self.peaks.row(i));
+        let mut peaks = self.askers.any().then(|| self.contact.peaks.row(i));
         for lane in 0..LANES {
             if let Some(Peaks(peaks)) = &mut peaks {
                 for peak in peaks {
@@ -134,16 +117,16 @@ impl Solver<'_> {
                 }
             }
             if self.lands(i, lane, tally) {
-                self.watches.row(i).0[lane] |= LANDED;
+                self.contact.watches.row(i).0[lane] |= LANDED;
             }
         }
     }
 
     /// True if a contact landed; stores the approach speed of one that touched before.
     fn lands(&self, i: usize, lane: usize, tally: &ContactTally) -> bool {
-        let watch = self.watches.read(i).0[lane];
+        let watch = self.contact.watches.read(i).0[lane];
         if watch & NEW != 0 {
-            return self.begun.read(i) >> lane & 1 == 1;
+            return self.contact.begun.read(i) >> lane & 1 == 1;
         }
         let pressed = |j: usize| watch >> j & 1 == 1 && tally.points[j][lane] > 0.0;
         if !(0..4).any(pressed) {
@@ -164,14 +147,14 @@ impl Solver<'_> {
             return;
         }
         for i in self.plan.joints.blocks_of(&group.joints) {
-            *self.joint_tallies.row(i) = JointTally::default();
+            *self.joint.tallies.row(i) = JointTally::default();
         }
         for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            *self.six_tallies.row(i) = JointTally::default();
+            *self.joint.six_tallies.row(i) = JointTally::default();
         }
         for tree in self.trees(group) {
             for (i, _) in self.tree_joints(tree) {
-                *self.tree_tallies.row(i) = TreeTally::default();
+                *self.tree.tallies.row(i) = TreeTally::default();
             }
         }
     }
@@ -184,26 +167,26 @@ impl Solver<'_> {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
                 let is_distance = batch.class == DISTANCE;
-                let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
+                let (block, rest) = (self.joint.blocks.read(i), self.joint.extras.read(i));
                 let force = if is_distance { &rest.carried } else { &block.impulse };
-                self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], when);
+                self.joint.tallies.row(i).add(force, &[[0.0; LANES]; 3], when);
             }
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six != NONE) {
-                let block = self.sixdofs.row(joint.six as usize / LANES);
-                self.tree_rows.read(i).put_six(block, joint.six);
+                let block = self.joint.six.row(joint.six as usize / LANES);
+                self.tree.rows.read(i).put_six(block, joint.six);
             }
         }
         for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            let block = self.sixdofs.read(i);
-            self.six_tallies.row(i).add(&block.carried, &block.torque, when);
+            let block = self.joint.six.read(i);
+            self.joint.six_tallies.row(i).add(&block.carried, &block.torque, when);
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                let impulse = self.tree_rows.read(i).impulse.single();
+                let impulse = self.tree.rows.read(i).impulse.single();
                 let now = if joint.is_child_a { -impulse } else { impulse };
-                self.tree_tallies.row(i).add(now, when);
+                self.tree.tallies.row(i).add(now, when);
             }
         }
     }
@@ -222,20 +205,21 @@ impl Solver<'_> {
         };
         let joints = &self.plan.joints;
         for i in joints.blocks_of(&group.joints) {
-            let block = self.joints.read(i);
-            for (lane, row) in joints.owners[i].iter().enumerate().filter(|l| block.is_solved(l.0)) {
-                give(*row, self.joint_tallies.read(i).of(lane));
+            let block = self.joint.blocks.read(i);
+            for (lane, row) in joints.owners[i].iter().enumerate().filter(|l| block.is_solved(l.0))
+            {
+                give(*row, self.joint.tallies.read(i).of(lane));
             }
         }
         let sixdofs = &self.plan.sixdofs;
         for i in sixdofs.blocks_of(&group.sixdofs) {
             for (lane, row) in sixdofs.owners[i].iter().enumerate() {
-                give(*row, self.six_tallies.read(i).of(lane));
+                give(*row, self.joint.six_tallies.read(i).of(lane));
             }
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                give(joint.row, self.tree_tallies.read(i).totals());
+                give(joint.row, self.tree.tallies.read(i).totals());
             }
         }
     }

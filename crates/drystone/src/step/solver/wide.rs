@@ -6,6 +6,7 @@ use fearless_simd::dispatch;
 use super::body::integrate;
 use super::body::row::Aux;
 use super::contact::arena::{Arena, Blocks};
+use super::contact::lent::{ContactRows, Needs};
 use super::contact::sweep::ContactSweep;
 use super::contact::{store, sweep};
 use super::input::Input;
@@ -63,19 +64,18 @@ pub(crate) fn solve(
         parts,
         jobs,
     );
-    s.make_bodies();
-    let n = s.plan.contacts.owners.len();
-    s.begun.resize(n, 0);
-    let [corotates, parts, blows] = closing.listed();
+    let [corotates, parts, has_impacts] = closing.listed();
+    let askers = Askers { bodies, shapes, breakage };
     let has_extras = colors.special > 0 || corotates;
-    s.make_partings(parts);
-    s.make_extras(has_extras);
-    s.make_impacts(has_extras || blows);
-    s.make_joint_rows();
+    let needs =
+        Needs { extras: has_extras, impacts: has_impacts, corotates, parts, peaks: askers.any() };
+    s.solved.allocate(&s.plan, has_extras);
+    s.contact.allocate(&s.plan, needs);
+    s.joint.allocate(&s.plan, breakage);
+    s.tree.allocate(&s.plan, breakage);
+    s.make_impacts(has_extras || has_impacts);
     with_particles::find_groups(&s.plan, &s.solved.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
-    let askers = Askers { bodies, shapes, breakage };
-    s.make_tallies((breakage, askers.any()));
     // SAFETY: groups share no constraint and no body that can be pushed. In a group that several
     // workers share, a pass runs over bodies, or over colors, each of which touches such a body
     // once.
@@ -83,54 +83,26 @@ pub(crate) fn solve(
     let (slots, softened) = contacts.solved_mut(apart);
     let plan = &s.plan;
     let keep = !tied.scratch.groups.is_empty();
-    let Arena { own, rooms, size } = Arena::new(plan, &mut s.blocks, workers, keep);
+    let (blocks, contact) = s.contact.lend(plan, needs, apart);
+    let Arena { own, rooms, size } = Arena::new(plan, blocks, workers, keep);
     let end = own.len();
     let solver = Solver {
         ctx,
         method,
+        plan,
+        round: 0,
+        askers,
         bodies,
         shapes,
-        plan,
-        line_of: &s.solved.line_of,
-        lines: Rows::new(&mut s.solved.lines, apart),
-        whitening: Rows::new(&mut s.solved.whitening, apart),
-        aux: Rows::new(&mut s.solved.aux, apart),
-        acceleration: Rows::new(&mut s.acceleration, apart),
-        squeezes: Rows::new(&mut s.solved.squeezes, apart),
-        states: Rows::new(&mut s.solved.states, apart),
-        round: 0,
-        frames: Rows::new(&mut s.frames, apart),
-        meshes: Rows::new(&mut s.meshes, apart),
-        blocks: Blocks::new(own, 0, apart),
-        extras: Rows::new(&mut s.extras, apart),
-        has_extras,
-        blows,
-        turning: corotates.then_some(&plan.turning.bodies),
-        parts,
-        partings: Rows::new(&mut s.partings, apart),
-        ways: Rows::new(&mut s.ways, apart),
-        joints: Rows::new(&mut s.joints, apart),
-        joint_rests: Rows::new(&mut s.joint_rests, apart),
-        sixdofs: Rows::new(&mut s.sixdofs, apart),
-        couplings: Rows::new(&mut s.couplings, apart),
-        bounds: Rows::new(&mut s.bounds, apart),
-        tree_gains: Rows::new(&mut s.tree_gains, apart),
-        tree_bodies: Rows::new(&mut s.tree_bodies, apart),
-        tree_rows: Rows::new(&mut s.tree_rows, apart),
-        impacts: Rows::new(&mut s.impacts, apart),
-        free: Rows::new(&mut s.solved.free, apart),
-        begun: Rows::new(&mut s.begun, apart),
-        progress: Rows::new(&mut s.progress, apart),
-        askers,
-        watches: Rows::new(&mut s.watches, apart),
-        peaks: Rows::new(&mut s.peaks, apart),
-        tallies: Rows::new(&mut s.tallies, apart),
-        joint_tallies: Rows::new(&mut s.joint_tallies, apart),
-        six_tallies: Rows::new(&mut s.six_tallies, apart),
-        tree_tallies: Rows::new(&mut s.tree_tallies, apart),
         contacts: slots,
         softened,
         joint_slots: Rows::new(joints.rows.values_mut(), apart),
+        body: s.solved.lend(apart),
+        contact: ContactRows { blocks: Blocks::new(own, 0, apart), ..contact },
+        joint: s.joint.lend(apart),
+        tree: s.tree.lend(apart),
+        impacts: Rows::new(&mut s.impacts, apart),
+        progress: Rows::new(&mut s.progress, apart),
     };
     let solver_of =
         |number: usize| Solver { ctx: contexts[plan.groups[number].fineness as usize], ..solver };
@@ -144,11 +116,12 @@ pub(crate) fn solve(
         if groups.binary_search(&number).is_err() {
             let range = plan.contacts.blocks_of(&plan.groups[number].contacts);
             let blocks = if range.end <= end {
-                solver.blocks
+                solver.contact.blocks
             } else {
                 Blocks::new(&mut room[..range.len()], range.start, apart)
             };
-            Solver { blocks, ..solver_of(number) }.solve(number, &Jobs::Inline);
+            let contact = ContactRows { blocks, ..solver.contact };
+            Solver { contact, ..solver_of(number) }.solve(number, &Jobs::Inline);
         }
     });
 }
@@ -232,7 +205,7 @@ impl Solver<'_> {
         let n = group.lines.len();
         for_shares(jobs, n, 256, |part| {
             let part = group.lines.start + part.start..group.lines.start + part.end;
-            f(self.lines.slice(part.clone()), self.aux.slice(part));
+            f(self.body.lines.slice(part.clone()), self.body.aux.slice(part));
         });
     }
 
@@ -242,7 +215,7 @@ impl Solver<'_> {
         self.plan.contacts.for_blocks(&group.contacts, jobs, 64, |_, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    store::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
+                    store::weigh(simd, self.contact.blocks.read(i), &self.body.squeezes, scale);
                 }
             });
         });
@@ -258,11 +231,11 @@ impl Solver<'_> {
         for_shares(jobs, n, 32, |part| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks.start + part.start..blocks.start + part.end {
-                    let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+                    let extra = if self.contact.has_extras { Some(self.contact.extras.read(i)) } else { None };
                     let owners = &self.plan.contacts.owners[i];
                     self.prefetch_contacts(i + 1);
-                    let block = self.blocks.read(i);
-                    let begun = self.begun.row(i);
+                    let block = self.contact.blocks.read(i);
+                    let begun = self.contact.begun.row(i);
                     let when = (self.ctx, None);
                     *begun |= store::store(simd, block, extra, (owners, *begun), tables, when);
                     self.end_tally(i);

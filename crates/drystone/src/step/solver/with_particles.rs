@@ -48,7 +48,11 @@ impl Solver<'_> {
         self.for_groups(&groups, jobs, &|i, number, jobs| {
             *self.progress.row(i) = self.begin(number, jobs);
         });
-        let to = BodyLines { line_of: self.line_of, lines: self.lines, whitening: self.whitening };
+        let to = BodyLines {
+            line_of: self.body.line_of,
+            lines: self.body.lines,
+            whitening: self.body.whitening,
+        };
         tied.begin(self.bodies, &to, jobs);
         for step in self.pass_steps() {
             self.for_groups(&groups, jobs, &|i, number, jobs| {
@@ -56,7 +60,7 @@ impl Solver<'_> {
             });
             self.run_particle_pass(step, tied, jobs);
         }
-        tied.end(self.lines, jobs);
+        tied.end(self.body.lines, jobs);
         self.for_groups(&groups, jobs, &|i, number, jobs| {
             self.end(number, self.progress.read(i), jobs);
         });
@@ -86,7 +90,7 @@ impl Solver<'_> {
         let PassStep { substep, pass, kicks } = step;
         match pass {
             Pass::Velocities => tied.velocities(substep == 0, jobs),
-            Pass::Solve { .. } => tied.solve(substep, self.lines, jobs),
+            Pass::Solve { .. } => tied.solve(substep, self.body.lines, jobs),
             Pass::Positions => {
                 tied.positions(jobs);
                 if kicks {
@@ -96,7 +100,7 @@ impl Solver<'_> {
             Pass::Relax => {
                 #[expect(clippy::cast_precision_loss, reason = "at most 256")]
                 let moved = (substep + 1).min(self.ctx.substeps) as f32 * self.ctx.h;
-                tied.relax(moved, self.lines, jobs);
+                tied.relax(moved, self.body.lines, jobs);
             }
             _ => {}
         }

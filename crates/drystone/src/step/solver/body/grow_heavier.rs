@@ -29,7 +29,7 @@ impl Solver<'_> {
     /// in the order of bodies and of contact rows, so neither grouping nor the number of workers
     /// changes them.
     pub(crate) fn slow_heavier(&self, number: usize, jobs: &Jobs<'_>) {
-        let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
+        let (group, frames) = (&self.plan.groups[number], self.body.frames.row(number));
         let (first, n) = (group.lines.start, group.lines.len());
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
         let read = |k: usize| {
@@ -39,7 +39,7 @@ impl Solver<'_> {
                 mass: body.mass,
                 v: body.v,
                 w: body.w,
-                heavier: self.squeezes.read(first + k).factor > body.inertia_factor,
+                heavier: self.body.squeezes.read(first + k).factor > body.inertia_factor,
             }
         };
         // Bodies are far apart in memory, so several workers read them into a copy first. A single
@@ -82,7 +82,7 @@ impl Solver<'_> {
         for_shares(jobs, n, 64, |part| {
             for k in part.filter(|k| member(frames, *k).heavier) {
                 let i = first + k;
-                let (body, factor) = (body_of(i), self.squeezes.read(i).factor);
+                let (body, factor) = (body_of(i), self.body.squeezes.read(i).factor);
                 let frame = &frames.frames[frames.place(body.island)];
                 if frame.held {
                     let (v, w) = frame.slowed(body, factor);
@@ -108,12 +108,13 @@ impl Solver<'_> {
     /// Adds the motion of the fixed side of a contact to its island's frame.
     fn add_support(&self, c: &Contact, frames: &mut Frames) {
         let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
-        let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
-            // A contact may still name a body that was deactivated.
-            [0, 0] => return,
-            [0, _] => (a, b.island),
-            _ => (b, a.island),
-        };
+        let (support, island) =
+            match [c.body_a, c.body_b].map(|row| self.body.line_of[row as usize]) {
+                // A contact may still name a body that was deactivated.
+                [0, 0] => return,
+                [0, _] => (a, b.island),
+                _ => (b, a.island),
+            };
         let frame = frames.of(island);
         for p in c.points() {
             let r = a.center + p.r_a - support.center;

@@ -60,16 +60,16 @@ impl Solver<'_> {
         let (line, whitening, aux, acc) =
             integrate::whiten(self.ctx, body, factor, start, gyration);
         let fineness = self.ctx.fineness;
-        *self.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
-        (*self.lines.row(i), *self.whitening.row(i)) = (line, whitening);
-        (*self.aux.row(i), *self.acceleration.row(i)) = (aux, acc);
+        *self.body.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
+        (*self.body.lines.row(i), *self.body.whitening.row(i)) = (line, whitening);
+        (*self.body.aux.row(i), *self.body.acceleration.row(i)) = (aux, acc);
         aux.is_locked()
     }
 
     /// Removes locked translations: a projection after every pass.
     pub(crate) fn hold_locked(&self, group: &Group) {
         for i in group.lines.clone() {
-            self.aux.read(i).hold_locked(self.lines.row(i));
+            self.body.aux.read(i).hold_locked(self.body.lines.row(i));
         }
     }
 }

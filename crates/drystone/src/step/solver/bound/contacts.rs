@@ -25,8 +25,8 @@ impl Solver<'_> {
                 if line == 0 {
                     return 0.0;
                 }
-                let now = self.lines.read(line as usize);
-                let [v, w] = [self.aux.read(line as usize).before(), [now.v, now.w]][after];
+                let now = self.body.lines.read(line as usize);
+                let [v, w] = [self.body.aux.read(line as usize).before(), [now.v, now.w]][after];
                 along(v, w, scale, turn)
             };
             of(line_b, block.beta[lane], &point.b) - of(line_a, block.alpha[lane], &point.a)
@@ -37,13 +37,14 @@ impl Solver<'_> {
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let softness = if batch.fixed { &self.ctx.soft_fixed } else { &self.ctx.soft };
             for i in batch.blocks.clone() {
-                let block = self.blocks.read(i);
-                let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+                let block = self.contact.blocks.read(i);
+                let extra =
+                    if self.contact.has_extras { Some(self.contact.extras.read(i)) } else { None };
                 for lane in 0..LANES {
                     let a = if batch.fixed { 0 } else { block.row_a[lane] };
                     let ends = [a, block.row_b[lane]];
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                    let [a, b] = ends.map(|line| *self.lines.read(line as usize));
+                    let [a, b] = ends.map(|line| *self.body.lines.read(line as usize));
                     let n = at(&block.n, lane);
                     let moved = n.dot(three(b.x)) * block.beta[lane]
                         - n.dot(three(a.x)) * block.alpha[lane];

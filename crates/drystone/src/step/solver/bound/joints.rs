@@ -24,7 +24,7 @@ impl Solver<'_> {
         let inv_h = f64::from(sweep.inv_h);
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
-                let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
+                let (block, rest) = (self.joint.blocks.read(i), self.joint.extras.read(i));
                 for lane in 0..LANES {
                     let ends = [block.row_a[lane], block.row_b[lane]];
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
@@ -67,7 +67,7 @@ impl Solver<'_> {
 
     pub(super) fn ask_sixdofs(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
         for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            let block = self.sixdofs.read(i);
+            let block = self.joint.six.read(i);
             if block.is_direct {
                 continue;
             }
@@ -88,7 +88,7 @@ impl Solver<'_> {
             let line = self.tree_line(tree);
             let Some(bound) = self.over(line, group, bounds) else { continue };
             for (i, joint) in self.tree_joints(tree) {
-                let row = self.tree_rows.read(i);
+                let row = self.tree.rows.read(i);
                 for (k, p) in row.lambda[..row.count].iter().enumerate() {
                     let kind = if joint.six == NONE { 0 } else { row.six.axis(k) / 3 };
                     bound.close(*p, row.closing[kind], kind);
@@ -96,8 +96,10 @@ impl Solver<'_> {
                 let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
                 bound.drive(held, row.drift().length());
                 if joint.six != NONE {
-                    let (block, lane) =
-                        (self.sixdofs.read(joint.six as usize / LANES), joint.six as usize % LANES);
+                    let (block, lane) = (
+                        self.joint.six.read(joint.six as usize / LANES),
+                        joint.six as usize % LANES,
+                    );
                     let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
                     let (drift, spin) = drifts(block, lane);
                     bound.drive(held, greater(drift, spin));

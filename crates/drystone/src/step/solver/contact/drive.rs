@@ -19,20 +19,20 @@ impl Solver<'_> {
     /// Records the solver bodies that nothing pushed, among those near a surface with restitution.
     pub(crate) fn find_free(&self, group: &Group) {
         for i in self.plan.contacts.blocks_of(&group.contacts) {
-            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            let (block, extra) = (self.contact.blocks.read(i), self.contact.extras.read(i));
             if !extra.bounces {
                 continue;
             }
             for lane in 0..LANES {
                 for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
                     let bounces = line != 0 && extra.restitution[lane] > 0.0;
-                    if bounces && self.free.read(line).is_none() {
+                    if bounces && self.body.free.read(line).is_none() {
                         let body = self.bodies.at(self.plan.members[line - 1]);
                         let start =
-                            solver_body::whitened(body.v, self.whitening.read(line).alpha());
-                        let (aux, end) = (self.aux.read(line), self.lines.read(line));
+                            solver_body::whitened(body.v, self.body.whitening.read(line).alpha());
+                        let (aux, end) = (self.body.aux.read(line), self.body.lines.read(line));
                         let ctx = self.ctx;
-                        *self.free.row(line) = Some(aux.flew(end, start, ctx.substeps, ctx.h));
+                        *self.body.free.row(line) = Some(aux.flew(end, start, ctx.substeps, ctx.h));
                     }
                 }
             }
@@ -46,16 +46,16 @@ impl Solver<'_> {
         raw::Source {
             ctx,
             bodies: self.bodies,
-            line_of: self.line_of,
-            whitening: &self.whitening,
-            acceleration: &self.acceleration,
+            line_of: self.body.line_of,
+            whitening: &self.body.whitening,
+            acceleration: &self.body.acceleration,
             contacts: &self.contacts,
             softened: self.softened,
             shapes: self.shapes,
-            parts: self.parts,
-            blows: self.blows,
+            parts: self.contact.parts,
+            blows: self.contact.has_impacts,
             is_renewed: false,
-            turning: self.turning,
+            turning: self.contact.turning,
         }
     }
 
@@ -69,12 +69,12 @@ impl Solver<'_> {
                 for i in blocks {
                     let owners = &self.plan.contacts.owners[i];
                     self.prefetch_contacts(i + 1);
-                    let block = self.blocks.row(i);
-                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    let block = self.contact.blocks.row(i);
+                    let extra = if self.contact.has_extras { Some(self.contact.extras.row(i)) } else { None };
                     if batch.fixed {
-                        prepare::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
+                        prepare::pack::<_, true>(simd, &source, owners, block, extra, &self.body.lines);
                     } else {
-                        prepare::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
+                        prepare::pack::<_, false>(simd, &source, owners, block, extra, &self.body.lines);
                     }
                     if self.round == 0 {
                         self.watch(i, batch.class & TURNING != 0);
@@ -113,21 +113,21 @@ impl Solver<'_> {
             let sweep = &sweeps[usize::from(batch.fixed)];
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let (block, next) = (self.blocks.row(i), self.blocks.after(i));
-                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    let (block, next) = (self.contact.blocks.row(i), self.contact.blocks.after(i));
+                    let extra = if self.contact.has_extras { Some(self.contact.extras.row(i)) } else { None };
                     let mut tally = self.tally(i);
                     if relaxes && let Some(tally) = &mut tally {
                         tally.add(block, -1.0);
                     }
                     if batch.fixed {
-                        kernel::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);
+                        kernel::solve::<_, true>(simd, block, extra, next, &self.body.lines, sweep);
                     } else {
-                        kernel::solve::<_, false>(simd, block, extra, next, &self.lines, sweep);
+                        kernel::solve::<_, false>(simd, block, extra, next, &self.body.lines, sweep);
                     }
                     if let Some(tally) = tally {
                         tally.add(block, 1.0);
                         if !relaxes && self.askers.any() {
-                            self.peaks.row(i).note(block);
+                            self.contact.peaks.row(i).note(block);
                         }
                     }
                 }

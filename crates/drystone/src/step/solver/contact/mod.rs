@@ -5,6 +5,7 @@ pub(crate) mod arena;
 pub(crate) mod block;
 pub(crate) mod drive;
 pub(crate) mod kernel;
+pub(crate) mod lent;
 mod pair;
 pub(crate) mod part;
 pub(crate) mod parting;

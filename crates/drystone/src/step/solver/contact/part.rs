@@ -30,7 +30,6 @@ use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
-use crate::step::solver::scratch::{KEPT_STEPS, Scratch};
 use crate::step::solver_body::{
     SolverBody, Velocity, load_motion, load_velocity, store_velocity, three,
 };
@@ -38,32 +37,19 @@ use crate::step::solver_body::{
 /// Sweeps of the pass: as many as a step has.
 const SWEEPS: u32 = 8;
 
-impl Scratch {
-    /// Allocates the rows of overlap correction if a contact may need it in this step, and frees
-    /// them after a while without use.
-    pub(crate) fn make_partings(&mut self, may_part: bool) {
-        let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
-        let count = |n: usize| if may_part { n } else { 0 };
-        self.partings.resize_with(count(blocks), Parting::default);
-        self.ways.resize_with(count(lines), SolverBody::default);
-        if Self::is_over(&mut self.unparted, may_part, KEPT_STEPS) {
-            (self.partings, self.ways) = (Vec::new(), Vec::new());
-        }
-    }
-}
-
 impl Solver<'_> {
     /// Corrects the overlaps in a group that exceed what its loads explain.
     pub(crate) fn part(&self, group: &Group, locked: bool, jobs: &Jobs<'_>) {
         let blocks = self.plan.contacts.blocks_of(&group.contacts);
-        if !self.parts || !blocks.clone().any(|i| self.blocks.read(i).parting != 0) {
+        if !self.contact.parts || !blocks.clone().any(|i| self.contact.blocks.read(i).parting != 0)
+        {
             return;
         }
         for i in blocks {
-            self.partings.row(i).is_ready = false;
+            self.contact.partings.row(i).is_ready = false;
         }
         for i in group.lines.clone() {
-            *self.ways.row(i) = SolverBody::default();
+            *self.contact.pseudo_velocities.row(i) = SolverBody::default();
         }
         for _ in 0..SWEEPS {
             self.plan.contacts.for_blocks(&group.contacts, jobs, 8, |batch, blocks| {
@@ -79,7 +65,7 @@ impl Solver<'_> {
             });
             if locked {
                 for i in group.lines.clone() {
-                    self.aux.read(i).hold_locked(self.ways.row(i));
+                    self.body.aux.read(i).hold_locked(self.contact.pseudo_velocities.row(i));
                 }
             }
         }
@@ -92,25 +78,26 @@ impl Solver<'_> {
 
     #[inline(always)]
     fn part_block<S: Simd, const FIXED: bool>(&self, simd: S, i: usize) {
-        let (block, parting) = (self.blocks.row(i), self.partings.row(i));
+        let (block, parting) = (self.contact.blocks.row(i), self.contact.partings.row(i));
         if block.parting == 0 && !self.is_stirred(block) {
             return;
         }
         if !parting.is_ready {
-            let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+            let extra =
+                if self.contact.has_extras { Some(self.contact.extras.read(i)) } else { None };
             self.begin_parting::<S, FIXED>(simd, block, extra, parting);
         }
         match block.count {
-            1 => sweep::<S, FIXED, 1>(simd, block, parting, &self.ways),
-            2 => sweep::<S, FIXED, 2>(simd, block, parting, &self.ways),
-            _ => sweep::<S, FIXED, 4>(simd, block, parting, &self.ways),
+            1 => sweep::<S, FIXED, 1>(simd, block, parting, &self.contact.pseudo_velocities),
+            2 => sweep::<S, FIXED, 2>(simd, block, parting, &self.contact.pseudo_velocities),
+            _ => sweep::<S, FIXED, 4>(simd, block, parting, &self.contact.pseudo_velocities),
         }
     }
 
     /// True if the pass moves a body of the block.
     fn is_stirred(&self, block: &ContactBlock) -> bool {
         block.row_a.iter().chain(&block.row_b).any(|row| {
-            let way = self.ways.read(*row as usize);
+            let way = self.contact.pseudo_velocities.read(*row as usize);
             way.v.iter().chain(&way.w).any(|x| *x != 0.0)
         })
     }
@@ -141,7 +128,7 @@ impl Solver<'_> {
         let inv_dt = splat(simd, 1.0 / ctx.dt);
         let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
         let of = |load: fn(S, &ReadRows<'_, SolverBody>, &[u32; LANES]) -> Velocity<S>| {
-            (load(simd, &self.lines, &block.row_a), load(simd, &self.lines, &block.row_b))
+            (load(simd, &self.body.lines, &block.row_a), load(simd, &self.body.lines, &block.row_b))
         };
         let (motion, velocity) = (of(load_motion), of(load_velocity));
         let mut most = zero;
@@ -186,29 +173,29 @@ impl Solver<'_> {
 
     /// Displaces a body by its pseudo-velocity, limited to a part of its size.
     fn move_apart(&self, i: usize) {
-        let way = self.ways.read(i);
+        let way = self.contact.pseudo_velocities.read(i);
         if way.v.iter().chain(&way.w).all(|x| *x == 0.0) {
             return;
         }
         let row = self.plan.members[i - 1];
-        let (extent, whitening) = (self.bodies.at(row).extent, self.whitening.read(i));
+        let (extent, whitening) = (self.bodies.at(row).extent, self.body.whitening.read(i));
         let (v, w) = (three(way.v) * whitening.alpha(), whitening.s().mul(three(way.w)));
         let part = |size: f32, most: f32| if size > most { most / size } else { 1.0 };
         let of_v = part(v.length(), DEEP_RATE * extent);
         let of_w = part(w.length(), DEEP_RATE);
-        let (line, dt) = (self.lines.row(i), self.ctx.dt);
+        let (line, dt) = (self.body.lines.row(i), self.ctx.dt);
         for k in 0..4 {
             line.x[k] += dt * of_v * way.v[k];
         }
         if self.plan.turning.bodies.contains(row) {
-            let state = self.states.row(i);
+            let state = self.body.states.row(i);
             state.rotation = state.rotation.turned_by(w * (dt * of_w));
         } else {
             for k in 0..4 {
                 line.t[k] += dt * of_w * way.w[k];
             }
         }
-        self.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);
+        self.body.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);
     }
 }
 

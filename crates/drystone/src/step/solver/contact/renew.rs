@@ -97,8 +97,12 @@ impl Solver<'_> {
         for line in self.turning_lines(group) {
             let line = *line as usize;
             let body = self.bodies.at(self.plan.members[line - 1]);
-            *self.states.row(line) = BodyState::of(body);
-            self.aux.row(line).turn_by_torque(self.whitening.read(line), body, self.ctx.h);
+            *self.body.states.row(line) = BodyState::of(body);
+            self.body.aux.row(line).turn_by_torque(
+                self.body.whitening.read(line),
+                body,
+                self.ctx.h,
+            );
         }
     }
 
@@ -123,7 +127,7 @@ impl Solver<'_> {
             }
         });
         // Contacts with meshes run one by one, because they share the scratch memory.
-        let scratch = self.meshes.row(number);
+        let scratch = self.contact.meshes.row(number);
         for batch in self.due_batches(group, done) {
             for i in batch.blocks.clone() {
                 for owner in self.plan.contacts.owners[i].into_iter().filter(|row| *row != NONE) {
@@ -161,11 +165,11 @@ impl Solver<'_> {
     fn take_warm(&self, fixed: bool, i: usize, elapsed: f32) {
         let tables = (&self.contacts, self.bodies);
         dispatch!(self.ctx.level, simd => {
-            let block = self.blocks.read(i);
-            let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
-            warm_of(simd, block, extra, fixed).carry(block, &self.aux, 1.0);
+            let block = self.contact.blocks.read(i);
+            let extra = if self.contact.has_extras { Some(self.contact.extras.read(i)) } else { None };
+            warm_of(simd, block, extra, fixed).carry(block, &self.body.aux, 1.0);
             let owners = &self.plan.contacts.owners[i];
-            let begun = self.begun.row(i);
+            let begun = self.contact.begun.row(i);
             let when = (self.ctx, Some(elapsed));
             *begun |= store::store(simd, block, extra, (owners, *begun), tables, when);
         });
@@ -175,8 +179,13 @@ impl Solver<'_> {
     /// rotated too.
     fn turn(&self, line: usize, anew: bool) {
         let body = self.bodies.at(self.plan.members[line - 1]);
-        let (state, h) = (self.states.row(line), self.ctx.h);
-        let w = self.whitening.read(line).s().mul(solver_body::three(self.lines.read(line).w));
+        let (state, h) = (self.body.states.row(line), self.ctx.h);
+        let w = self
+            .body
+            .whitening
+            .read(line)
+            .s()
+            .mul(solver_body::three(self.body.lines.read(line).w));
         let m = body.moments;
         let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
         let free = m.min_element() > 0.0 && body.locks.angular == [false; 3];
@@ -188,34 +197,38 @@ impl Solver<'_> {
         } else {
             (state.rotation, state.w) = (state.rotation.turned_by(w * h), w);
         }
-        let factor = self.squeezes.read(line).factor;
+        let factor = self.body.squeezes.read(line).factor;
         if !anew {
             let (_, s_inv) = integrate::scaled_roots(body, before, factor);
-            self.aux.row(line).strike(self.lines.row(line), Vec3::ZERO, s_inv.mul(state.w - w));
+            self.body.aux.row(line).strike(
+                self.body.lines.row(line),
+                Vec3::ZERO,
+                s_inv.mul(state.w - w),
+            );
             return;
         }
         let (s, s_inv) = integrate::scaled_roots(body, state.rotation, factor);
-        let alpha = self.whitening.read(line).alpha();
-        *self.whitening.row(line) = Whitening::new(alpha, &s);
-        let line_now = self.lines.row(line);
+        let alpha = self.body.whitening.read(line).alpha();
+        *self.body.whitening.row(line) = Whitening::new(alpha, &s);
+        let line_now = self.body.lines.row(line);
         (line_now.w, line_now.t) = (solver_body::four(s_inv.mul(state.w)), [0.0; 4]);
-        let aux = self.aux.row(line);
+        let aux = self.body.aux.row(line);
         aux.start_anew(line_now);
-        aux.turn_by_torque(self.whitening.read(line), body, h);
+        aux.turn_by_torque(self.body.whitening.read(line), body, h);
     }
 
     /// State of a body `elapsed` [s] after the step's start.
     fn now(&self, row: u32, elapsed: f32) -> BodyState {
         let body = self.bodies.at(row);
         let start = BodyState::of(body);
-        let line = self.line_of[row as usize] as usize;
+        let line = self.body.line_of[row as usize] as usize;
         if line == 0 {
             let moves = !body.is_dynamic() && body.active();
             return if moves { start.drifted(elapsed) } else { start };
         }
-        let state = start.after(self.lines.read(line), self.whitening.read(line));
+        let state = start.after(self.body.lines.read(line), self.body.whitening.read(line));
         if self.plan.turning.bodies.contains(row) {
-            return BodyState { rotation: self.states.read(line).rotation, ..state };
+            return BodyState { rotation: self.body.states.read(line).rotation, ..state };
         }
         state
     }
@@ -279,20 +292,20 @@ impl Solver<'_> {
         let source = raw::Source { is_renewed: true, ..self.pack_source(ctx) };
         let owners = &self.plan.contacts.owners[i];
         dispatch!(self.ctx.level, simd => {
-            let block = self.blocks.row(i);
-            let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+            let block = self.contact.blocks.row(i);
+            let extra = if self.contact.has_extras { Some(self.contact.extras.row(i)) } else { None };
             let [arrived, hit] = [block.arrives, block.hit];
             if fixed {
                 prepare::build::<_, true>(simd, &source, owners, block, extra);
             } else {
                 prepare::build::<_, false>(simd, &source, owners, block, extra);
             }
-            let extra = self.has_extras.then(|| self.extras.row(i));
+            let extra = self.contact.has_extras.then(|| self.contact.extras.row(i));
             (block.arrives, block.hit) = (block.arrives | arrived, hit);
             self.watch_more(i);
-            rebase(simd, block, extra, &self.lines, (fixed, elapsed));
-            let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
-            warm_of(simd, block, extra, fixed).carry(block, &self.aux, -1.0);
+            rebase(simd, block, extra, &self.body.lines, (fixed, elapsed));
+            let extra = if self.contact.has_extras { Some(self.contact.extras.read(i)) } else { None };
+            warm_of(simd, block, extra, fixed).carry(block, &self.body.aux, -1.0);
         });
     }
 }

@@ -9,19 +9,19 @@ use crate::step::solver::plan::group::Group;
 impl Solver<'_> {
     /// True if some contact may bounce or get an impact in this step.
     pub(crate) fn collides(&self) -> bool {
-        self.has_extras || self.blows
+        self.contact.has_extras || self.contact.has_impacts
     }
 
     pub(crate) fn impact_source(&self, group: &Group) -> Source<'_> {
         Source {
             level: self.ctx.level,
-            blocks: &self.blocks,
-            extras: self.has_extras.then_some(&self.extras),
+            blocks: &self.contact.blocks,
+            extras: self.contact.has_extras.then_some(&self.contact.extras),
             owners: &self.plan.contacts.owners,
-            lines: &self.lines,
-            aux: &self.aux,
-            whitening: &self.whitening,
-            acceleration: &self.acceleration,
+            lines: &self.body.lines,
+            aux: &self.body.aux,
+            whitening: &self.body.whitening,
+            acceleration: &self.body.acceleration,
             dt: self.ctx.dt,
             h: self.ctx.h,
             first_line: group.lines.start,

@@ -15,7 +15,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::block::{JointBlock, JointRest};
+use super::block::{JointBlock, JointExtra};
 use super::root::{Root, RootRows};
 use super::sweep::{JointSweep, Turn, bend};
 use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
@@ -26,7 +26,7 @@ use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 #[derive(Clone, Copy)]
 pub(crate) struct Ahead<'a> {
     pub(crate) block: Next<'a, JointBlock>,
-    pub(crate) rest: Next<'a, JointRest>,
+    pub(crate) rest: Next<'a, JointExtra>,
 }
 
 impl Ahead<'_> {
@@ -56,7 +56,7 @@ struct State<S: Simd, R: Root<S>> {
 #[inline(always)]
 fn read<S: Simd, R: Root<S>>(
     simd: S,
-    (block, rest): (&JointBlock, &JointRest),
+    (block, rest): (&JointBlock, &JointExtra),
     fixed: bool,
     lines: &ReadRows<'_, SolverBody>,
     sweep: &JointSweep,
@@ -133,7 +133,7 @@ impl<S: Simd, R: Root<S>> State<S, R> {
 #[inline(always)]
 pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     simd: S,
-    (block, rest): (&mut JointBlock, &JointRest),
+    (block, rest): (&mut JointBlock, &JointExtra),
     next: Ahead<'_>,
     fixed: bool,
     lines: &Rows<'_, SolverBody>,
@@ -182,7 +182,7 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
 #[inline(always)]
 pub(crate) fn solve_distance<S: Simd>(
     simd: S,
-    (block, rest): (&mut JointBlock, &mut JointRest),
+    (block, rest): (&mut JointBlock, &mut JointExtra),
     next: Ahead<'_>,
     fixed: bool,
     lines: &Rows<'_, SolverBody>,

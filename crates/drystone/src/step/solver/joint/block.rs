@@ -12,7 +12,7 @@ pub(crate) struct JointBlock {
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
     /// Ball joints: the scalar S of each body, if the inertia of all bodies in the block is the
-    /// same about every axis. [`JointRest::s_a`] and `s_b` are unused then. Otherwise the first
+    /// same about every axis. [`JointExtra::s_a`] and `s_b` are unused then. Otherwise the first
     /// value is negative.
     pub(crate) round: [Lanes; 2],
     /// Lever arms at the step's start.
@@ -29,7 +29,7 @@ pub(crate) struct JointBlock {
 /// Data that only some blocks need, kept apart so that the others are closer together in memory.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
-pub(crate) struct JointRest {
+pub(crate) struct JointExtra {
     pub(crate) s_a: [Lanes; 6],
     pub(crate) s_b: [Lanes; 6],
     /// Velocity of the gap that kinematic bodies cause, where one of the bodies cannot be pushed.

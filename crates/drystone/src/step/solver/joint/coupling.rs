@@ -11,14 +11,14 @@ use crate::step::solver::plan::group::Group;
 impl Solver<'_> {
     pub(crate) fn prepare_couplings(&self, group: &Group) {
         for i in group.couplings.clone() {
-            let row = self.couplings.row(i);
+            let row = self.joint.couplings.row(i);
             *row = CouplingRow::default();
             let Some(joint) = self.joint_slots.read(self.plan.couplings[i].1 as usize) else {
                 continue;
             };
             let mass = |body: u32| {
-                let line = self.line_of[body as usize] as usize;
-                let whitening = self.whitening.read(line);
+                let line = self.body.line_of[body as usize] as usize;
+                let whitening = self.body.whitening.read(line);
                 (line, whitening.alpha(), whitening.s())
             };
             let look = |id: JointId| self.joint_slots.read(id.index() as usize).as_ref();
@@ -27,18 +27,18 @@ impl Solver<'_> {
             let impulse = start.impulse;
             row.impulse = impulse * self.ctx.impulse_scale;
             let start = JointSweep::solving(self.ctx, 0.0);
-            let now = row.now(&self.lines, &start);
+            let now = row.now(&self.body.lines, &start);
             for (part, carried) in now.parts.iter().zip(&mut row.carried) {
                 let (v, w) = (part.v * row.impulse, part.w * row.impulse);
                 *carried = Part { line: part.line, v, w };
-                push(&self.lines, part.line, v, w);
+                push(&self.body.lines, part.line, v, w);
             }
         }
     }
 
     pub(crate) fn sweep_couplings(&self, group: &Group, sweep: &JointSweep) {
         for i in group.couplings.clone() {
-            self.couplings.row(i).solve(&self.lines, sweep);
+            self.joint.couplings.row(i).solve(&self.body.lines, sweep);
         }
     }
 
@@ -47,7 +47,7 @@ impl Solver<'_> {
             let Some(joint) = self.joint_slots.row(self.plan.couplings[i].1 as usize) else {
                 continue;
             };
-            let impulse = bounded(self.couplings.read(i).impulse * self.ctx.store_scale());
+            let impulse = bounded(self.joint.couplings.read(i).impulse * self.ctx.store_scale());
             match &mut joint.link {
                 Link::Coupling(coupling) => coupling.impulse = impulse,
                 _ => joint.impulse.x = impulse,

@@ -4,6 +4,7 @@ pub(crate) mod ball_distance;
 pub(crate) mod block;
 pub(crate) mod coupling;
 pub(crate) mod coupling_row;
+pub(crate) mod lent;
 pub(crate) mod pivot;
 pub(crate) mod prepare;
 pub(crate) mod root;

@@ -75,7 +75,7 @@ impl Solver<'_> {
     fn held(&self, joint: &Joint) -> Option<Held<'_>> {
         let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
         let (line, body, r, other, at, sign) =
-            match (self.line_of[body_a as usize], self.line_of[body_b as usize]) {
+            match (self.body.line_of[body_a as usize], self.body.line_of[body_b as usize]) {
                 (0, line @ 1..) => (line as usize, body_b, anchor_b, body_a, anchor_a, 1.0),
                 (line @ 1.., 0) => (line as usize, body_a, anchor_a, body_b, anchor_b, -1.0),
                 _ => return None,

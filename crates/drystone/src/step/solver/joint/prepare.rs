@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::ball_distance;
 use super::ball_distance::Ahead;
-use super::block::{JointBlock, JointRest};
+use super::block::{JointBlock, JointExtra};
 use super::root::Roundw;
 use super::sweep::JointSweep;
 use crate::base::math::{Vec3, vec3};
@@ -38,12 +38,12 @@ impl Solver<'_> {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
-                    let next = Ahead { block: self.joints.after(i), rest: self.joint_rests.after(i) };
+                    let (block, rest) = (self.joint.blocks.row(i), self.joint.extras.row(i));
+                    let next = Ahead { block: self.joint.blocks.after(i), rest: self.joint.extras.after(i) };
                     if block.is_empty() {
                         continue;
                     }
-                    let (fixed, lines) = (batch.fixed, &self.lines);
+                    let (fixed, lines) = (batch.fixed, &self.body.lines);
                     if batch.class == DISTANCE {
                         ball_distance::solve_distance(simd, (block, rest), next, fixed, lines, sweep);
                     } else if block.is_round() {
@@ -60,7 +60,7 @@ impl Solver<'_> {
     #[inline(always)]
     fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
         let owners = &self.plan.joints.owners[i];
-        let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
+        let (block, rest) = (self.joint.blocks.row(i), self.joint.extras.row(i));
         let (mut raw, mut impulses) = (Raw::default(), [[0.0; 4]; LANES]);
         self.read_joints(owners, block, &mut raw, &mut impulses);
         let (ra, rb) = (raw.arm(simd, 0), raw.arm(simd, 1));
@@ -70,8 +70,8 @@ impl Solver<'_> {
         rb.store(&mut block.r_b);
         gap.store(&mut block.gap);
         impulse.store(&mut block.impulse);
-        let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_a));
-        let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
+        let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.body.whitening, &block.row_a));
+        let (beta, sb) = Whitening::gather(simd, read_lanes(&self.body.whitening, &block.row_b));
         alpha.store_array(&mut block.alpha);
         beta.store_array(&mut block.beta);
         // Distances have no separate kernel for bodies with scalar inertia.
@@ -96,12 +96,12 @@ impl Solver<'_> {
         let (da, db) = (ra.cross(linear), rb.cross(linear));
         da.store(&mut block.carried_a);
         db.store(&mut block.carried_b);
-        let mut a = load_velocity(simd, &self.lines, &block.row_a);
+        let mut a = load_velocity(simd, &self.body.lines, &block.row_a);
         (a.v, a.w) = (a.v - linear * alpha, a.w - sa.mul(da));
-        store_velocity(simd, &self.lines, &block.row_a, a);
-        let mut b = load_velocity(simd, &self.lines, &block.row_b);
+        store_velocity(simd, &self.body.lines, &block.row_a, a);
+        let mut b = load_velocity(simd, &self.body.lines, &block.row_b);
         (b.v, b.w) = (b.v + linear * beta, b.w + sb.mul(db));
-        store_velocity(simd, &self.lines, &block.row_b, b);
+        store_velocity(simd, &self.body.lines, &block.row_b, b);
     }
 
     /// Prefetches the joints of a block, if there is such a block.
@@ -136,7 +136,7 @@ impl Solver<'_> {
                 raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
                 raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
                 impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
-                [self.line_of[joint.body_a as usize], self.line_of[joint.body_b as usize]]
+                [self.body.line_of[joint.body_a as usize], self.body.line_of[joint.body_b as usize]]
             } else {
                 [0; 2]
             };
@@ -145,7 +145,7 @@ impl Solver<'_> {
     }
 
     /// Records the speed at which kinematic bodies move the anchors apart.
-    fn fill_drift(&self, owners: &[u32; LANES], rest: &mut JointRest) {
+    fn fill_drift(&self, owners: &[u32; LANES], rest: &mut JointExtra) {
         let speed = |row: u32, anchor: Vec3| {
             let body = self.bodies.at(row);
             let moves = !body.is_dynamic() && body.active();
@@ -161,7 +161,7 @@ impl Solver<'_> {
     }
 
     /// Fills limits, spring and linear impulse of distances.
-    fn fill_distances(&self, owners: &[u32; LANES], block: &JointBlock, rest: &mut JointRest) {
+    fn fill_distances(&self, owners: &[u32; LANES], block: &JointBlock, rest: &mut JointExtra) {
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);
             let (mut limits, mut soft, mut linear) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
@@ -193,7 +193,7 @@ impl Solver<'_> {
 
     fn store_one(&self, block: usize) {
         let owners = &self.plan.joints.owners[block];
-        let block = self.joints.read(block);
+        let block = self.joint.blocks.read(block);
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
                 && block.is_solved(lane)

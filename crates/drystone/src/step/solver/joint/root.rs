@@ -4,15 +4,15 @@
 
 use fearless_simd::Simd;
 
-use super::block::{JointBlock, JointRest};
+use super::block::{JointBlock, JointExtra};
 use crate::base::simd::wide::{Sym3w, Vec3w, Wide, load};
 
 /// S of eight bodies, and the operations that kernels need.
 pub(crate) trait Root<S: Simd>: Copy {
-    /// Cache lines of [`JointRest`] that a sweep reads.
+    /// Cache lines of [`JointExtra`] that a sweep reads.
     const REST_LINES: usize;
     /// S of the bodies A and B of a block.
-    fn pair(simd: S, block: &JointBlock, rest: &JointRest) -> [Self; 2];
+    fn pair(simd: S, block: &JointBlock, rest: &JointExtra) -> [Self; 2];
     fn mul(self, v: Vec3w<S>) -> Vec3w<S>;
     /// The rows S (r × x), S (r × y), S (r × z) along the world's axes.
     type Rows: RootRows<S>;
@@ -32,10 +32,10 @@ pub(crate) trait RootRows<S: Simd> {
 }
 
 impl<S: Simd> Root<S> for Sym3w<S> {
-    const REST_LINES: usize = core::mem::offset_of!(JointRest, drift) / 64;
+    const REST_LINES: usize = core::mem::offset_of!(JointExtra, drift) / 64;
     type Rows = [Vec3w<S>; 3];
     #[inline(always)]
-    fn pair(simd: S, _: &JointBlock, rest: &JointRest) -> [Self; 2] {
+    fn pair(simd: S, _: &JointBlock, rest: &JointExtra) -> [Self; 2] {
         [Self::load(simd, &rest.s_a), Self::load(simd, &rest.s_b)]
     }
     #[inline(always)]
@@ -88,7 +88,7 @@ impl<S: Simd> Root<S> for Roundw<S> {
     const REST_LINES: usize = 0;
     type Rows = RoundRows<S>;
     #[inline(always)]
-    fn pair(simd: S, block: &JointBlock, _: &JointRest) -> [Self; 2] {
+    fn pair(simd: S, block: &JointBlock, _: &JointExtra) -> [Self; 2] {
         let [a, b] = &block.round;
         [Self(load(simd, a)), Self(load(simd, b))]
     }
@@ -159,7 +159,7 @@ pub(crate) fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
 mod tests {
     use fearless_simd::{Simd, dispatch};
 
-    use super::{JointBlock, JointRest, Root, RootRows, Roundw, Sym3w, Vec3w};
+    use super::{JointBlock, JointExtra, Root, RootRows, Roundw, Sym3w, Vec3w};
     use crate::base::random::Random;
     use crate::base::simd::wide::{LANES, Lanes, SimdLevel};
 
@@ -171,7 +171,7 @@ mod tests {
     ) -> Vec<u32> {
         let [r, w, d] = [r, w, d].map(|v| Vec3w::load(simd, v));
         let block = JointBlock { round: [s[0]; 2], ..JointBlock::default() };
-        let rest = JointRest { s_a: *s, s_b: *s, ..JointRest::default() };
+        let rest = JointExtra { s_a: *s, s_b: *s, ..JointExtra::default() };
         let [root, _] = R::pair(simd, &block, &rest);
         let rows = root.rows(r);
         let mut out = [[[0.0; LANES]; 3]; 6];

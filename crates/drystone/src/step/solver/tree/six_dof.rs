@@ -82,7 +82,7 @@ impl Solver<'_> {
     pub(crate) fn turn_ease(&self, tree: &Tree) -> f64 {
         let bodies = || {
             tree.bodies.clone().map(|i| {
-                let body = self.tree_bodies.read(i);
+                let body = self.tree.bodies.read(i);
                 let center = self.at_start(self.plan.forest.bodies[i]).center;
                 let own = (0..3).fold(0.0, |sum, i| sum + body.s[i].dot(body.s[i]));
                 let inertia = if own > 0.0 { 3.0 / own } else { 0.0 };
@@ -118,13 +118,13 @@ impl Solver<'_> {
     }
 
     fn six_of(&self, tree: &TreeJoint) -> (&SixBlock, usize) {
-        (self.sixdofs.read(tree.six as usize / LANES), tree.six as usize % LANES)
+        (self.joint.six.read(tree.six as usize / LANES), tree.six as usize % LANES)
     }
 
     /// Applies the impulses of drives and limits in the last substep to the bodies.
     pub(crate) fn push_scalars(&self, tree: &Tree) {
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.read(i);
+            let row = self.tree.rows.read(i);
             for k in row.count..row.all() {
                 self.push_row(joint, row, k, row.lambda[k]);
             }
@@ -133,12 +133,12 @@ impl Solver<'_> {
 
     /// Adds an impulse of one row to the right sides `x` of the bodies.
     fn push_row(&self, joint: &TreeJoint, row: &TreeRow, k: usize, p: f64) {
-        let child = self.tree_bodies.row(joint.child as usize);
+        let child = self.tree.bodies.row(joint.child as usize);
         for c in 0..6 {
             child.x[c] += row.child[k][c] * p;
         }
         if joint.parent != NONE {
-            let parent = self.tree_bodies.row(joint.parent as usize);
+            let parent = self.tree.bodies.row(joint.parent as usize);
             for c in 0..6 {
                 parent.x[c] += row.parent[k][c] * p;
             }
@@ -148,14 +148,14 @@ impl Solver<'_> {
     /// Solves the tree for the right sides in the bodies' `x`, with zero gaps.
     fn respond(&self, tree: &Tree) {
         for (i, _) in self.tree_joints(tree) {
-            self.tree_rows.row(i).rhs = [0.0; 6];
+            self.tree.rows.row(i).rhs = [0.0; 6];
         }
         self.substitute(tree);
     }
 
     fn clear(&self, tree: &Tree) {
         for i in tree.bodies.clone() {
-            self.tree_bodies.row(i).x = [0.0; 6];
+            self.tree.bodies.row(i).x = [0.0; 6];
         }
     }
 
@@ -167,9 +167,9 @@ impl Solver<'_> {
         k: usize,
         of: impl Fn(&TreeBody) -> &Six,
     ) -> f64 {
-        let mut rate = dot(&row.child[k], of(self.tree_bodies.read(joint.child as usize)));
+        let mut rate = dot(&row.child[k], of(self.tree.bodies.read(joint.child as usize)));
         if joint.parent != NONE {
-            rate += dot(&row.parent[k], of(self.tree_bodies.read(joint.parent as usize)));
+            rate += dot(&row.parent[k], of(self.tree.bodies.read(joint.parent as usize)));
         }
         rate
     }
@@ -183,14 +183,14 @@ impl Solver<'_> {
             return;
         }
         for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
+            let body = self.tree.bodies.row(i);
             body.sum = body.x;
         }
         if !sweep.joints.is_relax && sweep.elapsed == 0.0 {
             self.find_gains(tree);
         }
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             for k in row.count..row.all() {
                 row.six.start[k] = row.six.speed[k] + self.rate(joint, row, k, |body| &body.start);
                 row.six.speed[k] += self.rate(joint, row, k, |body| &body.u)
@@ -198,7 +198,7 @@ impl Solver<'_> {
                 row.six.given[k] = -row.lambda[k];
             }
         }
-        let gains = self.tree_gains.slice(tree.gains.clone());
+        let gains = self.tree.gains.slice(tree.gains.clone());
         for _ in 0..ROUNDS {
             if self.round(tree, gains, sweep) < SETTLED {
                 break;
@@ -206,7 +206,7 @@ impl Solver<'_> {
         }
         self.clear(tree);
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             for k in row.count..row.all() {
                 row.six.given[k] += row.lambda[k];
                 self.push_row(joint, row, k, row.six.given[k]);
@@ -214,13 +214,13 @@ impl Solver<'_> {
         }
         self.respond(tree);
         for (i, _) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             for c in 0..row.count {
                 row.lambda[c] += row.rhs[c];
             }
         }
         for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
+            let body = self.tree.bodies.row(i);
             for c in 0..6 {
                 body.x[c] += body.sum[c];
             }
@@ -231,12 +231,12 @@ impl Solver<'_> {
     /// start and serve the whole step. The impulses of a sweep differ little from those of the last
     /// one, and that difference passes through the tree in its current state.
     fn find_gains(&self, tree: &Tree) {
-        let (n, gains) = (tree.scalars, self.tree_gains.slice(tree.gains.clone()));
+        let (n, gains) = (tree.scalars, self.tree.gains.slice(tree.gains.clone()));
         let mut of = 0;
         for (i, joint) in self.tree_joints(tree) {
-            for k in self.tree_rows.read(i).count..self.tree_rows.read(i).all() {
+            for k in self.tree.rows.read(i).count..self.tree.rows.read(i).all() {
                 self.clear(tree);
-                self.push_row(joint, self.tree_rows.read(i), k, 1.0);
+                self.push_row(joint, self.tree.rows.read(i), k, 1.0);
                 self.respond(tree);
                 self.answers(tree, &mut gains[of * n..(of + 1) * n]);
                 of += 1;
@@ -248,7 +248,7 @@ impl Solver<'_> {
     fn answers(&self, tree: &Tree, out: &mut [f64]) {
         let mut to = 0;
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.read(i);
+            let row = self.tree.rows.read(i);
             for k in row.count..row.all() {
                 out[to] = self.rate(joint, row, k, |body| &body.x);
                 to += 1;
@@ -261,18 +261,18 @@ impl Solver<'_> {
         let n = tree.scalars;
         let (mut of, mut greatest) = (0, 0.0);
         for (i, joint) in self.tree_joints(tree) {
-            for k in self.tree_rows.read(i).count..self.tree_rows.read(i).all() {
+            for k in self.tree.rows.read(i).count..self.tree.rows.read(i).all() {
                 let gains = &gains[of * n..(of + 1) * n];
                 let own = gains[of];
                 of += 1;
-                let given = self.solve_scalar(joint, self.tree_rows.row(i), k, own, sweep);
+                let given = self.solve_scalar(joint, self.tree.rows.row(i), k, own, sweep);
                 if given == 0.0 {
                     continue;
                 }
                 greatest = greater((given * own).abs(), greatest);
                 let mut to = 0;
                 for (i, _) in self.tree_joints(tree) {
-                    let row = self.tree_rows.row(i);
+                    let row = self.tree.rows.row(i);
                     for k in row.count..row.all() {
                         row.six.speed[k] += gains[to] * given;
                         to += 1;
@@ -331,14 +331,14 @@ impl Solver<'_> {
         compliance: f64,
     ) {
         let world = TreeBody::default();
-        let child = self.tree_bodies.row(joint.child as usize);
+        let child = self.tree.bodies.row(joint.child as usize);
         let mut parent = &world;
         let stiff = sweep.filter(|sweep| !sweep.joints.is_relax);
         if let Some(sweep) = stiff {
             child.stiffen(sweep.h, row.impulse, row.r_child);
         }
         if joint.parent != NONE {
-            let body = self.tree_bodies.row(joint.parent as usize);
+            let body = self.tree.bodies.row(joint.parent as usize);
             if let Some(sweep) = stiff {
                 body.stiffen(sweep.h, -row.impulse, row.r_parent);
             }

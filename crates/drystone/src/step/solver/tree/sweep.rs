@@ -74,11 +74,11 @@ impl Solver<'_> {
     pub(crate) fn prepare_trees(&self, group: &Group) {
         for tree in self.trees(group) {
             for i in tree.bodies.clone() {
-                let line = self.line_of[self.plan.forest.bodies[i] as usize];
-                let whitening = self.whitening.read(line as usize);
+                let line = self.body.line_of[self.plan.forest.bodies[i] as usize];
+                let whitening = self.body.whitening.read(line as usize);
                 let Sym3 { xx, yy, zz, xy, xz, yz } = whitening.s();
                 let row = |x, y, z| DVec3::from(Vec3 { x, y, z });
-                *self.tree_bodies.row(i) = TreeBody {
+                *self.tree.bodies.row(i) = TreeBody {
                     line,
                     alpha: f64::from(whitening.alpha()),
                     s: [row(xx, xy, xz), row(xy, yy, yz), row(xz, yz, zz)],
@@ -92,7 +92,7 @@ impl Solver<'_> {
                 if joint.six == NONE {
                     self.prepare_tree_joint(joint, i);
                 } else {
-                    self.prepare_tree_six(joint, self.tree_rows.row(i), ease);
+                    self.prepare_tree_six(joint, self.tree.rows.row(i), ease);
                 }
             }
             self.warm_start(tree);
@@ -112,7 +112,7 @@ impl Solver<'_> {
         let impulse = joint.impulse * self.ctx.impulse_scale;
         let (sign, child, parent) = if tree.is_child_a { (-1.0, ra, rb) } else { (1.0, rb, ra) };
         let impulse = DVec3::from(impulse * sign);
-        let body = self.tree_bodies.read(tree.child as usize);
+        let body = self.tree.bodies.read(tree.child as usize);
         let mut row = TreeRow {
             count: 3,
             r_child: DVec3::from(child),
@@ -125,35 +125,35 @@ impl Solver<'_> {
         };
         put_ball(&mut row.child, 1.0, body, row.r_child);
         if tree.parent != NONE {
-            let body = self.tree_bodies.read(tree.parent as usize);
+            let body = self.tree.bodies.read(tree.parent as usize);
             put_ball(&mut row.parent, -1.0, body, row.r_parent);
         }
-        *self.tree_rows.row(i) = row;
+        *self.tree.rows.row(i) = row;
     }
 
     /// Applies the impulses of the last step along the current rows.
     fn warm_start(&self, tree: &Tree) {
         let h = f64::from(self.ctx.h);
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.read(i);
-            let child = self.tree_bodies.row(joint.child as usize);
+            let row = self.tree.rows.read(i);
+            let child = self.tree.bodies.row(joint.child as usize);
             child.stiffen(h, row.impulse, row.r_child);
             push(&mut child.x, &row.child, &row.lambda, row.all());
             if joint.parent != NONE {
-                let parent = self.tree_bodies.row(joint.parent as usize);
+                let parent = self.tree.bodies.row(joint.parent as usize);
                 parent.stiffen(h, -row.impulse, row.r_parent);
                 push(&mut parent.x, &row.parent, &row.lambda, row.all());
             }
         }
         for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
+            let body = self.tree.bodies.row(i);
             let x = body.x;
             body.begin();
             body.x = x;
             factor(&mut body.h, 6);
             forward(&body.h, &mut body.x, 6);
             backward(&body.h, &mut body.x, 6);
-            let line = self.lines.read(body.line as usize);
+            let line = self.body.lines.read(body.line as usize);
             body.u = wide(line.v, line.w);
             self.put_velocity(body);
         }
@@ -162,7 +162,7 @@ impl Solver<'_> {
     /// Writes the velocities, including the change by joints, to the solver body.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     fn put_velocity(&self, body: &mut TreeBody) {
-        let line = self.lines.row(body.line as usize);
+        let line = self.body.lines.row(body.line as usize);
         for i in 0..3 {
             line.v[i] = (body.u[i] + body.x[i]) as f32;
             line.w[i] = (body.u[3 + i] + body.x[3 + i]) as f32;
@@ -197,11 +197,11 @@ impl Solver<'_> {
     fn sweep_tree(&self, tree: &Tree, sweep: &TreeSweep) {
         let mut mass = 0.0;
         for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
+            let body = self.tree.bodies.row(i);
             mass += 1.0 / (body.alpha * body.alpha);
-            let line = self.lines.read(body.line as usize);
+            let line = self.body.lines.read(body.line as usize);
             let (v, x) = (wide(line.v, line.w), wide(line.x, line.t));
-            let [start_v, start_w] = self.aux.read(body.line as usize).start();
+            let [start_v, start_w] = self.body.aux.read(body.line as usize).start();
             (body.motion, body.start) = (x, wide(start_v, start_w));
             for c in 0..6 {
                 body.u[c] = if sweep.joints.is_relax { v[c] } else { v[c] - body.carried[c] };
@@ -212,7 +212,7 @@ impl Solver<'_> {
         }
         let compliance = sweep.compliance * tree.slack / mass;
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             if joint.six == NONE {
                 self.form_rows(joint, row, sweep, compliance);
             } else {
@@ -220,7 +220,7 @@ impl Solver<'_> {
             }
         }
         for i in tree.bodies.clone() {
-            self.tree_bodies.row(i).begin();
+            self.tree.bodies.row(i).begin();
         }
         if !sweep.joints.is_relax {
             self.push_scalars(tree);
@@ -228,7 +228,7 @@ impl Solver<'_> {
         self.factor_tree(tree);
         self.substitute(tree);
         for (i, _) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             for c in 0..row.count {
                 row.lambda[c] =
                     if sweep.joints.is_relax { row.lambda[c] + row.rhs[c] } else { row.rhs[c] };
@@ -236,7 +236,7 @@ impl Solver<'_> {
         }
         self.solve_scalars(tree, sweep);
         for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             if joint.six == NONE {
                 let [x, y, z, ..] = row.lambda;
                 row.impulse = DVec3 { x, y, z };
@@ -245,7 +245,7 @@ impl Solver<'_> {
             }
         }
         for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
+            let body = self.tree.bodies.row(i);
             let before = body.carried;
             self.put_velocity(body);
             if sweep.joints.is_relax {
@@ -262,11 +262,11 @@ impl Solver<'_> {
         let is_some = part > 0.0;
         let taken = |six: &Six| if is_some { six.map(|p| p * part) } else { [0.0; 6] };
         for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
+            let body = self.tree.bodies.row(i);
             body.carried = taken(&body.carried);
         }
         for i in tree.joints.clone() {
-            let row = self.tree_rows.row(i);
+            let row = self.tree.rows.row(i);
             row.lambda = taken(&row.lambda);
             row.impulse = if is_some { row.impulse * part } else { DVec3::ZERO };
             row.six.restrain(part);
@@ -276,7 +276,7 @@ impl Solver<'_> {
     /// Eliminates joints and bodies from the leaves to the root.
     fn factor_tree(&self, tree: &Tree) {
         for (i, joint) in self.tree_joints(tree) {
-            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            let (row, body) = (self.tree.rows.row(i), self.tree.bodies.row(joint.child as usize));
             if joint.parent == NONE {
                 of_rows!(row.count, n => {
                     row.factor(None, n);
@@ -284,43 +284,43 @@ impl Solver<'_> {
                 });
             } else {
                 factor(&mut body.h, 6);
-                let parent = self.tree_bodies.row(joint.parent as usize);
+                let parent = self.tree.bodies.row(joint.parent as usize);
                 of_rows!(row.count, n => {
                     row.factor(Some(body), n);
                     parent.take(row, n);
                 });
             }
         }
-        factor(&mut self.tree_bodies.row(tree.bodies.end - 1).h, 6);
+        factor(&mut self.tree.bodies.row(tree.bodies.end - 1).h, 6);
     }
 
     /// Solves for the right sides in the bodies' `x` and the joints' `rhs`: these become changes of
     /// velocity and impulses.
     pub(crate) fn substitute(&self, tree: &Tree) {
         for (i, joint) in self.tree_joints(tree) {
-            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            let (row, body) = (self.tree.rows.row(i), self.tree.bodies.row(joint.child as usize));
             let mut below = None;
             let mut into = &mut body.x;
             if joint.parent != NONE {
                 forward(&body.h, &mut body.x, 6);
                 below = Some(&body.x);
-                into = &mut self.tree_bodies.row(joint.parent as usize).x;
+                into = &mut self.tree.bodies.row(joint.parent as usize).x;
             }
             of_rows!(row.count, n => {
                 row.reduce(below, n);
                 push(into, &row.w, &row.rhs, n);
             });
         }
-        let root = self.tree_bodies.row(tree.bodies.end - 1);
+        let root = self.tree.bodies.row(tree.bodies.end - 1);
         forward(&root.h, &mut root.x, 6);
         backward(&root.h, &mut root.x, 6);
         for (i, joint) in self.tree_joints(tree).rev() {
-            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            let (row, body) = (self.tree.rows.row(i), self.tree.bodies.row(joint.child as usize));
             if joint.parent == NONE {
                 of_rows!(row.count, n => row.solve(true, &body.x, n));
                 continue;
             }
-            let x = &self.tree_bodies.read(joint.parent as usize).x;
+            let x = &self.tree.bodies.read(joint.parent as usize).x;
             of_rows!(row.count, n => row.solve(false, x, n));
             // At this point the body's x is still H^-1/2 of its right side.
             let mut more = [0.0; 6];
@@ -335,7 +335,7 @@ impl Solver<'_> {
 
     /// Builds a joint's rows, matrix and right side, and the stiffness that it adds to its bodies.
     fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &TreeSweep, compliance: f64) {
-        let child = self.tree_bodies.row(joint.child as usize);
+        let child = self.tree.bodies.row(joint.child as usize);
         let (x, t) = halves(&child.motion);
         let moved = shift(mul(&child.s, t), row.r_child);
         let r = row.r_child + moved;
@@ -353,7 +353,7 @@ impl Solver<'_> {
             child.stiffen(sweep.h, row.impulse, r);
         }
         if joint.parent != NONE {
-            let parent = self.tree_bodies.row(joint.parent as usize);
+            let parent = self.tree.bodies.row(joint.parent as usize);
             let (x, t) = halves(&parent.motion);
             let moved = shift(mul(&parent.s, t), row.r_parent);
             let r = row.r_parent + moved;
@@ -386,9 +386,9 @@ impl Solver<'_> {
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree) {
                 let Some(to) = self.joint_slots.row(joint.row as usize) else { continue };
-                let row = self.tree_rows.read(i);
+                let row = self.tree.rows.read(i);
                 if joint.six != NONE {
-                    row.store_six(self.sixdofs.row(joint.six as usize / LANES), joint.six);
+                    row.store_six(self.joint.six.row(joint.six as usize / LANES), joint.six);
                 } else {
                     let impulse = (row.impulse.single() * self.ctx.store_scale()).bounded();
                     to.impulse = if joint.is_child_a { -impulse } else { impulse };

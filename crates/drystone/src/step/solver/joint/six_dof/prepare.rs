@@ -62,7 +62,7 @@ impl Solver<'_> {
             }
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    kernel::solve(simd, self.sixdofs.row(i), (&self.lines, &self.aux), sweep);
+                    kernel::solve(simd, self.joint.six.row(i), (&self.body.lines, &self.body.aux), sweep);
                 }
             });
         });
@@ -84,14 +84,14 @@ impl Solver<'_> {
     #[inline(always)]
     fn pack_block<S: Simd>(&self, simd: S, block: usize, class: u8) {
         let owners = &self.plan.sixdofs.owners[block];
-        let block = self.sixdofs.row(block);
+        let block = self.joint.six.row(block);
         block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
         block.acts = SIX_ACTS.map(|bit| class & bit != 0);
         block.is_direct = class & SIX_DIRECT != 0;
         block.is_anchored = class & SIX_ANCHORED != 0;
         let joints = self.read_sixdofs(owners, block);
-        let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_a));
-        let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
+        let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.body.whitening, &block.row_a));
+        let (beta, sb) = Whitening::gather(simd, read_lanes(&self.body.whitening, &block.row_b));
         alpha.store_array(&mut block.alpha);
         beta.store_array(&mut block.beta);
         sa.store(&mut block.s_a);
@@ -115,12 +115,12 @@ impl Solver<'_> {
         if block.is_direct {
             return;
         }
-        let a = load_velocity(simd, &self.lines, &block.row_a);
+        let a = load_velocity(simd, &self.body.lines, &block.row_a);
         let a = Velocity { v: a.v - force * alpha, w: a.w - sa.mul(moment_a) };
-        store_velocity(simd, &self.lines, &block.row_a, a);
-        let b = load_velocity(simd, &self.lines, &block.row_b);
+        store_velocity(simd, &self.body.lines, &block.row_a, a);
+        let b = load_velocity(simd, &self.body.lines, &block.row_b);
         let b = Velocity { v: b.v + force * beta, w: b.w + sb.mul(moment_b) };
-        store_velocity(simd, &self.lines, &block.row_b, b);
+        store_velocity(simd, &self.body.lines, &block.row_b, b);
     }
 
     /// Prefetches the joints of the block after the next one, and the data behind the joints of the
@@ -163,7 +163,7 @@ impl Solver<'_> {
                 joints.flags |= six.laws.flags;
                 joints.raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
                 joints.raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
-                let lines = [joint.body_a, joint.body_b].map(|row| self.line_of[row as usize]);
+                let lines = [joint.body_a, joint.body_b].map(|row| self.body.line_of[row as usize]);
                 [block.row_a[lane], block.row_b[lane]] = lines;
                 if lines[0] == 0 || lines[1] == 0 {
                     self.read_driven(joint, lane, &mut joints.driven);
@@ -194,7 +194,7 @@ impl Solver<'_> {
     #[inline(always)]
     fn store_block<S: Simd>(&self, simd: S, block: usize) {
         let owners = &self.plan.sixdofs.owners[block];
-        let block = self.sixdofs.read(block);
+        let block = self.joint.six.read(block);
         let scale = splat(simd, self.ctx.store_scale());
         let mut columns = [splat(simd, 0.0); 4 * ROWS];
         for i in 0..6 {
