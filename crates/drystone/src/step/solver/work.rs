@@ -25,7 +25,7 @@ pub(super) const UNITS: f64 = (1_u64 << 60) as f64;
 
 /// Work and energy of an island in a sweep.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Bound {
+pub(crate) struct Bound {
     /// Work of its impulses, and energy before them [J].
     pub(super) work: f64,
     pub(super) energy: f64,
