@@ -133,28 +133,31 @@ fn lent<'t>(
 
 /// Fields of a body, with the parts of the engine whose code assigns them.
 fn writers(tree: &Tree) -> Result<String, String> {
-    let bodies = code(tree, "crates/drystone/src/state/bodies.rs")?;
-    let at = bodies.find("pub(crate) struct Body {").ok_or("no struct Body")?;
-    let open = at + bodies[at..].find('{').unwrap_or(0);
-    let fields: Vec<&str> = bodies[open..block_end(&bodies, open)]
-        .lines()
-        .filter_map(|line| line.trim().strip_prefix("pub(crate) ")?.split_once(':'))
-        .map(|(name, _)| name)
-        .collect();
-    let mut rooms: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    let body = code(tree, "crates/drystone/src/state/bodies/body.rs")?;
+    let mut fields = Vec::new();
+    for (name, kind) in fields_of(&body, "Body").ok_or("no struct Body")? {
+        // A field of a part is `part.field`.
+        let part = fields_of(&body, kind).filter(|_| name == kind.to_lowercase());
+        match part {
+            Some(part) => fields.extend(part.iter().map(|(field, _)| format!("{name}.{field}"))),
+            None => fields.push(name.to_owned()),
+        }
+    }
+    let mut rooms: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (path, text) in tree.with_extension("rs") {
         let inner = path.strip_prefix(SOURCE).filter(|_| !is_test_file(path));
         let Some(room) = inner.and_then(room) else { continue };
         let code = Source::new(text).code_without_tests();
         for field in &fields {
-            if assigns(&code, field) {
-                rooms.entry(field).or_default().insert(room.clone());
+            let part = field.split_once('.').map(|(part, _)| part);
+            if assigns(&code, field) || part.is_some_and(|part| assigns_whole(&code, part)) {
+                rooms.entry(field.clone()).or_default().insert(room.clone());
             }
         }
     }
-    let mut by_rooms: BTreeMap<Vec<String>, Vec<&str>> = BTreeMap::new();
+    let mut by_rooms: BTreeMap<Vec<String>, Vec<String>> = BTreeMap::new();
     for field in fields {
-        let of = rooms.remove(field).unwrap_or_default().into_iter().collect();
+        let of = rooms.remove(&field).unwrap_or_default().into_iter().collect();
         by_rooms.entry(of).or_default().push(field);
     }
     let mut lines = String::from("| fields of a body | written by |\n|---|---|\n");
@@ -164,6 +167,15 @@ fn writers(tree: &Tree) -> Result<String, String> {
         lines += &format!("| {} | {rooms} |\n", fields.join(", "));
     }
     Ok(lines)
+}
+
+/// Names and types of the fields of a struct.
+fn fields_of<'t>(code: &'t str, name: &str) -> Option<Vec<(&'t str, &'t str)>> {
+    let at = code.find(&format!("pub(crate) struct {name} {{"))?;
+    let open = at + code[at..].find('{')?;
+    let lines = code[open..block_end(code, open)].lines();
+    let fields = lines.filter_map(|line| line.trim().strip_prefix("pub(crate) ")?.split_once(": "));
+    Some(fields.map(|(name, kind)| (name, kind.trim_end_matches(','))).collect())
 }
 
 /// The stage, table or layer of a file in `state`, `step` or `world`.
@@ -205,6 +217,16 @@ fn assigns(code: &str, field: &str) -> bool {
             || ["= ", "=\n", "+= ", "-= ", "*= ", "/= ", "|= ", "&= "]
                 .iter()
                 .any(|op| left.starts_with(op))
+    })
+}
+
+/// Whether code assigns a whole part of a body, or borrows it mutably.
+fn assigns_whole(code: &str, part: &str) -> bool {
+    let name = format!("body.{part}");
+    code.match_indices(&name).any(|(at, _)| {
+        let rest = &code[at + name.len()..];
+        let lends = code[..at].ends_with("&mut ");
+        rest.starts_with(" = ") || lends && rest.starts_with([';', ',', ')'])
     })
 }
 

@@ -92,7 +92,7 @@ pub(crate) fn audit(tables: &Tables, books: Option<&Books>, h: f32, substeps: u3
     let bodies = tables.bodies.rows.iter();
     let broken = bodies.filter(|(_, b)| {
         let finite = b.center.is_finite() && b.rotation.is_finite();
-        b.faulted || !(finite && b.v.is_finite() && b.w.is_finite())
+        b.record.faulted || !(finite && b.v.is_finite() && b.w.is_finite())
     });
     Audit {
         step: tables.steps,

@@ -4,7 +4,7 @@
 use crate::base::collision::{mobility, push};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::tables::Tables;
 
 /// The stability limit of explicit contact springs.
@@ -104,7 +104,10 @@ fn inverse(body: &Body) -> (Vec3, Sym3) {
         return (Vec3::ZERO, Sym3::ZERO);
     }
     let each = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
-    let m = body.moments;
+    let m = body.inertia.moments;
     let moments = vec3(each(m.x), each(m.y), each(m.z));
-    (Vec3::splat(1.0 / body.mass), Sym3::rotated_diagonal(body.rotation * body.principal, moments))
+    (
+        Vec3::splat(1.0 / body.inertia.mass),
+        Sym3::rotated_diagonal(body.rotation * body.inertia.principal, moments),
+    )
 }

@@ -5,10 +5,12 @@ use std::collections::VecDeque;
 
 use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
+use crate::state::bodies::stillness::{
+    StillnessRule, Verdict, drift_speed, free_acceleration, is_free,
+};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::def::BodyKind;
 use crate::state::def::drives::{Driver, Drives};
-use crate::state::stillness::{StillnessRule, Verdict, drift_speed, free_acceleration, is_free};
 use crate::state::tables::Tables;
 
 /// Cause that keeps a body awake, or the reason why there is none.
@@ -147,9 +149,9 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         WhyAwake { cause, body: id, path: vec![id] }
     };
     match body.kind {
-        _ if body.disabled => return about_itself(AwakeCause::Disabled),
+        _ if body.record.disabled => return about_itself(AwakeCause::Disabled),
         BodyKind::Static => return about_itself(AwakeCause::Static),
-        _ if body.faulted => return about_itself(AwakeCause::Faulted),
+        _ if body.record.faulted => return about_itself(AwakeCause::Faulted),
         BodyKind::Kinematic if body.active() => {
             let speed = bounded(body.greatest_speed(tables.config.length_scale));
             return about_itself(AwakeCause::Driven { speed });
@@ -181,7 +183,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         (Some(found), _) => found,
         (None, Some((place, left))) => (place, own_cause(tables, found[place].0, left)),
         (None, None) => {
-            return about_itself(match tables.islands.rows.get(body.island as usize) {
+            return about_itself(match tables.islands.rows.get(body.sleep.island as usize) {
                 Some(island) if island.len as usize > found.len() => {
                     let steps_left = island.wait_until.saturating_sub(tables.steps);
                     AwakeCause::NotSplit { steps_left }
@@ -277,7 +279,7 @@ fn time_left(tables: &Tables, row: u32) -> f32 {
     if body.greatest_speed(tables.config.length_scale) >= still_speed(tables, row) {
         return f32::MAX;
     }
-    (sleep.time - body.still_time).max(0.0)
+    (sleep.time - body.sleep.still_time).max(0.0)
 }
 
 /// Returns all dynamic bodies that are connected to one, nearest first, each with the index in this
@@ -324,7 +326,7 @@ fn for_neighbors(tables: &Tables, row: u32, mut meet: impl FnMut(u32)) {
             meet(if side == 0 { c.body_b } else { c.body_a });
         }
     }
-    for joint in &bodies.at(row).joints {
+    for joint in &bodies.at(row).ties.joints {
         let joint = tables.joints.at(*joint);
         if joint.is_on() {
             meet(if joint.body_a == row { joint.body_b } else { joint.body_a });

@@ -14,7 +14,8 @@ pub(crate) use self::contact::{Contact, Link, Point, Traits};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::watched::{Probe, Watch, Watched};
-use super::bodies::{Bodies, Body, NONE, Track};
+use super::bodies::body::Body;
+use super::bodies::{Bodies, NONE, Track};
 use super::def::material::ContactSoftness;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
@@ -287,7 +288,7 @@ impl Contacts {
 
     /// The contacts of a body: (row, side of the body).
     pub(crate) fn of_body(&self, body: &Body) -> impl Iterator<Item = (u32, u32)> {
-        let mut at = body.contacts;
+        let mut at = body.ties.contacts;
         core::iter::from_fn(move || {
             (at != NONE).then(|| {
                 let (row, side) = (at / 2, at & 1);

@@ -6,7 +6,8 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::bodies::{Bodies, Body, NONE};
+use super::bodies::body::Body;
+use super::bodies::{Bodies, NONE};
 use crate::base::grow;
 
 /// Bodies that sleep and wake together.
@@ -44,7 +45,7 @@ impl Island {
         let mut at = self.first;
         core::iter::from_fn(move || {
             let body = (at != NONE).then(|| bodies.at(at))?;
-            at = body.island_next;
+            at = body.sleep.next;
             Some(body)
         })
     }
@@ -61,7 +62,7 @@ impl Island {
         let needed = 2 * u64::from(self.len.saturating_sub(1));
         let mut ends = 0;
         self.bodies(bodies).all(|body| {
-            ends += u64::from(body.constraints);
+            ends += u64::from(body.ties.constraints);
             ends < needed
         })
     }
@@ -139,7 +140,7 @@ impl Islands {
         let mut at = self.rows[island as usize].first;
         while at != NONE {
             list.push(at);
-            at = bodies.at(at).island_next;
+            at = bodies.at(at).sleep.next;
         }
         list
     }
@@ -163,11 +164,11 @@ impl Islands {
     pub(crate) fn push(&mut self, island: u32, body: u32, bodies: &mut Bodies) {
         let row = &mut self.rows[island as usize];
         let b = bodies.at_mut(body);
-        (b.island, b.island_previous, b.island_next) = (island, row.last, NONE);
+        (b.sleep.island, b.sleep.previous, b.sleep.next) = (island, row.last, NONE);
         if row.last == NONE {
             row.first = body;
         } else {
-            bodies.at_mut(row.last).island_next = body;
+            bodies.at_mut(row.last).sleep.next = body;
         }
         row.last = body;
         row.len += 1;
@@ -183,7 +184,7 @@ impl Islands {
 
     /// Merges the islands of two dynamic bodies.
     pub(crate) fn link(&mut self, a: u32, b: u32, bodies: &mut Bodies) {
-        let (mut keep, mut give) = (bodies.at(a).island, bodies.at(b).island);
+        let (mut keep, mut give) = (bodies.at(a).sleep.island, bodies.at(b).sleep.island);
         if keep == give || keep == NONE || give == NONE {
             return;
         }
@@ -195,12 +196,12 @@ impl Islands {
         let mut at = given.first;
         while at != NONE {
             let body = bodies.at_mut(at);
-            body.island = keep;
-            at = body.island_next;
+            body.sleep.island = keep;
+            at = body.sleep.next;
         }
         let island = &mut self.rows[keep as usize];
-        bodies.at_mut(island.last).island_next = given.first;
-        bodies.at_mut(given.first).island_previous = island.last;
+        bodies.at_mut(island.last).sleep.next = given.first;
+        bodies.at_mut(given.first).sleep.previous = island.last;
         island.last = given.last;
         island.len += given.len;
         island.cut |= given.cut;
@@ -219,7 +220,7 @@ impl Islands {
 
     /// Records a cut connection of this body.
     pub(crate) fn cut(&mut self, body: u32, bodies: &Bodies) {
-        let island = bodies.at(body).island;
+        let island = bodies.at(body).sleep.island;
         if island == NONE {
             return;
         }
@@ -260,21 +261,21 @@ impl Islands {
     /// Removes a body from its island.
     pub(crate) fn remove(&mut self, body: u32, bodies: &mut Bodies) {
         let b = bodies.at_mut(body);
-        let (island, previous, next) = (b.island, b.island_previous, b.island_next);
+        let (island, previous, next) = (b.sleep.island, b.sleep.previous, b.sleep.next);
         if island == NONE {
             return;
         }
-        (b.island, b.island_previous, b.island_next) = (NONE, NONE, NONE);
+        (b.sleep.island, b.sleep.previous, b.sleep.next) = (NONE, NONE, NONE);
         let row = &mut self.rows[island as usize];
         if previous == NONE {
             row.first = next;
         } else {
-            bodies.at_mut(previous).island_next = next;
+            bodies.at_mut(previous).sleep.next = next;
         }
         if next == NONE {
             row.last = previous;
         } else {
-            bodies.at_mut(next).island_previous = previous;
+            bodies.at_mut(next).sleep.previous = previous;
         }
         row.len -= 1;
         row.cut = true;

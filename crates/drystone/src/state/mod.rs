@@ -8,7 +8,6 @@ pub(crate) mod breakage;
 pub(crate) mod six;
 pub(crate) mod events;
 pub(crate) mod bodies;
-pub(crate) mod stillness;
 pub(crate) mod shapes;
 pub(crate) mod joints;
 pub(crate) mod chains;

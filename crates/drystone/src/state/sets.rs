@@ -4,7 +4,8 @@
 pub(crate) mod changes;
 
 use self::changes::Move;
-use super::bodies::{Bodies, Fineness, NONE};
+use super::bodies::body::Fineness;
+use super::bodies::{Bodies, NONE};
 use super::colors::{Coloring, Colors, Place};
 use super::contacts::Contacts;
 use super::def::BodyKind;
@@ -93,7 +94,7 @@ impl Sets<'_> {
         self.joints.at_mut(row).place =
             Self::joint_coloring(self.colors, n).insert(row, &dynamic[..n]);
         for body in &dynamic[..n] {
-            self.bodies.at_mut(*body).constraints += 1;
+            self.bodies.at_mut(*body).ties.constraints += 1;
         }
         if n == 2 {
             self.islands.link(a, b, self.bodies);
@@ -113,7 +114,7 @@ impl Sets<'_> {
         }
         self.joints.at_mut(row).place = Place::NOWHERE;
         for body in &dynamic[..n] {
-            self.bodies.at_mut(*body).constraints -= 1;
+            self.bodies.at_mut(*body).ties.constraints -= 1;
         }
     }
 
@@ -122,7 +123,7 @@ impl Sets<'_> {
         if active == (row != NONE) {
             return;
         }
-        self.colors.bodies_changed |= self.bodies.at(body).constraints > 0;
+        self.colors.bodies_changed |= self.bodies.at(body).ties.constraints > 0;
         if active {
             let place = u32::try_from(self.bodies.awake.len()).expect("fewer than 2^32 bodies");
             self.bodies.awake.push(body);
@@ -138,7 +139,7 @@ impl Sets<'_> {
 
     /// Updates the color state of a body's contacts and joints after a change of its activity.
     fn refresh_constraints(&mut self, body: u32) {
-        let mut at = self.bodies.at(body).contacts;
+        let mut at = self.bodies.at(body).ties.contacts;
         while at != NONE {
             let row = at / 2;
             let c = self.contacts.at(row);
@@ -154,8 +155,8 @@ impl Sets<'_> {
                 self.uncolor_contact(row);
             }
         }
-        for i in 0..self.bodies.at(body).joints.len() {
-            let row = self.bodies.at(body).joints[i];
+        for i in 0..self.bodies.at(body).ties.joints.len() {
+            let row = self.bodies.at(body).ties.joints[i];
             let joint = self.joints.at(row);
             let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
             let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());
@@ -178,8 +179,8 @@ impl Sets<'_> {
             self.islands.cut(other, self.bodies);
             self.uncolor_contact(row);
         }
-        for i in 0..self.bodies.at(body).joints.len() {
-            let row = self.bodies.at(body).joints[i];
+        for i in 0..self.bodies.at(body).ties.joints.len() {
+            let row = self.bodies.at(body).ties.joints[i];
             let joint = self.joints.at(row);
             let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
             self.islands.cut(other, self.bodies);
@@ -195,8 +196,8 @@ impl Sets<'_> {
                 BodyKind::Kinematic => moves,
                 BodyKind::Dynamic => true,
             };
-        (b.kind, b.still_time) = (kind, 0.0);
-        b.level = if kind == BodyKind::Dynamic { NONE } else { 0 };
+        (b.kind, b.sleep.still_time) = (kind, 0.0);
+        b.history.level = if kind == BodyKind::Dynamic { NONE } else { 0 };
         if kind == BodyKind::Dynamic {
             self.islands.create(body, self.bodies);
         }
@@ -223,7 +224,7 @@ impl Sets<'_> {
         if b.out || b.kind == BodyKind::Static {
             return;
         }
-        b.still_time = 0.0;
+        b.sleep.still_time = 0.0;
         if b.kind == BodyKind::Kinematic {
             if !b.active() {
                 self.set_active(body, true);
@@ -234,7 +235,7 @@ impl Sets<'_> {
         if b.active() {
             return;
         }
-        let island = b.island;
+        let island = b.sleep.island;
         if island == NONE || self.islands.wake_alone {
             self.wake_members(&[body]);
         } else {
@@ -247,7 +248,7 @@ impl Sets<'_> {
     fn wake_members(&mut self, members: &[u32]) {
         for m in members {
             if !self.bodies.at(*m).out {
-                self.bodies.at_mut(*m).still_time = 0.0;
+                self.bodies.at_mut(*m).sleep.still_time = 0.0;
                 self.set_active(*m, true);
                 let id = self.bodies.id(*m);
                 self.events.wake.push(id);
@@ -265,7 +266,7 @@ impl Sets<'_> {
         self.rest(&[row]);
         self.events.sleep.truncate(asleep);
         let body = self.bodies.at_mut(row);
-        (body.out, body.faulted) = (true, true);
+        (body.out, body.record.faulted) = (true, true);
     }
 
     /// Puts bodies to sleep together: they stop, and leave the awake sets with their constraints.
@@ -273,9 +274,9 @@ impl Sets<'_> {
         for m in members {
             let b = self.bodies.at_mut(*m);
             (b.v, b.w) = Default::default();
-            if b.fineness == Fineness::Struck {
+            if b.history.fineness == Fineness::Struck {
                 // The impact is over.
-                b.fineness = Fineness::Whole;
+                b.history.fineness = Fineness::Whole;
             }
             if b.active() && b.is_dynamic() {
                 let id = self.bodies.id(*m);

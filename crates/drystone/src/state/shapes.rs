@@ -7,7 +7,7 @@ use std::sync::Arc;
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::bodies::Body;
+use super::bodies::body::Body;
 use super::contacts::Traits;
 use super::def::material::{ContactSoftness, Filter, Material, SurfaceRule};
 use super::def::reports::PackedReports;
@@ -142,7 +142,7 @@ impl ShapeRow {
         let extent = self.solid.max_extent(self.centered.local_point(Vec3::ZERO));
         body.extent = body.extent.max(extent);
         body.inner = body.inner.min(thickness);
-        body.hollow &= !self.solid.aabb(&self.centered).contains(&center);
+        body.inertia.hollow &= !self.solid.aabb(&self.centered).contains(&center);
     }
 
     /// Whether its surface moves.

@@ -10,14 +10,15 @@ use core::num::NonZeroU32;
 use self::colors::find_colors;
 use self::contacts::check_contacts;
 use self::particles::check_particles;
-use super::bodies::{Bodies, MassSource, NONE};
+use super::bodies::body::MassSource;
+use super::bodies::stillness::Stillness;
+use super::bodies::{Bodies, NONE};
 use super::breakage::Breakage;
 use super::coupling::check_axis;
 use super::def::{BodyKind, MassDef, shape_suits};
 use super::islands::Islands;
 use super::joints::{Joints, Link};
 use super::shapes::{ShapeRow, Shapes};
-use super::stillness::Stillness;
 use super::tables::Tables;
 use crate::base::limits;
 use crate::base::math::Vec3;
@@ -153,36 +154,47 @@ fn check_bodies(bodies: &Bodies) -> Check {
     let active = bodies.rows.iter().filter(|(_, b)| b.active()).count();
     holds(active == bodies.awake.len(), "a body that is awake is not listed")?;
     for (_, b) in bodies.rows.iter() {
-        let placed = is_place(b.center) && b.rotation.is_normalized() && is_place(b.local_center);
+        let placed =
+            is_place(b.center) && b.rotation.is_normalized() && is_place(b.inertia.local_center);
         holds(placed, "a body is nowhere")?;
-        let pushed = [b.step_force, b.step_torque, b.force, b.torque];
+        let pushed = [b.forces.step_force, b.forces.step_torque, b.forces.force, b.forces.torque];
         let (v, w) = (b.v.abs().max_element(), b.w.abs().max_element());
         // A body whose center of mass changes while it rotates may be faster than the limit that a
         // step keeps.
         let kept = limits::SPEED_KEPT.most;
         let slow = v <= kept * limits::POSITION.most && w <= kept;
-        let moved = [b.v, b.w, b.w_rest];
+        let moved = [b.v, b.w, b.history.w_rest];
         let finite = slow && moved.iter().chain(&pushed).all(|v| v.is_finite());
-        holds(finite && all_finite(&[b.load, b.inertia_factor]), "a body moves by no number")?;
-        let moments = [b.moments.x, b.moments.y, b.moments.z];
+        holds(
+            finite && all_finite(&[b.history.load, b.history.inertia_factor]),
+            "a body moves by no number",
+        )?;
+        let moments = [b.inertia.moments.x, b.inertia.moments.y, b.inertia.moments.z];
         let is_moment = |m: &f32| *m == 0.0 || KEPT_MOMENTS.contains(m);
-        let is_mass = b.mass == 0.0 || KEPT_MASSES.contains(&b.mass);
-        let has_mass = is_mass && moments.iter().all(is_moment) && b.principal.is_normalized();
-        let is_given = match b.mass_source {
+        let is_mass = b.inertia.mass == 0.0 || KEPT_MASSES.contains(&b.inertia.mass);
+        let has_mass =
+            is_mass && moments.iter().all(is_moment) && b.inertia.principal.is_normalized();
+        let is_given = match b.inertia.source {
             MassSource::Mass(mass) => KEPT_MASSES.contains(&mass),
             MassSource::Shapes | MassSource::Exact => true,
         };
         let has_mass = has_mass && is_given;
-        holds(has_mass && (b.mass > 0.0) == b.is_dynamic(), "a body has no mass that can be")?;
-        let damping = [b.linear_damping, b.angular_damping];
+        holds(
+            has_mass && (b.inertia.mass > 0.0) == b.is_dynamic(),
+            "a body has no mass that can be",
+        )?;
+        let damping = [b.forces.linear_damping, b.forces.angular_damping];
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
         let sound = damped
-            && at_least_zero(&[b.extent, b.inner, b.still_time, b.last_h])
-            && all_finite(&[b.still_time, b.sleep_speed])
+            && at_least_zero(&[b.extent, b.inner, b.sleep.still_time, b.history.last_h])
+            && all_finite(&[b.sleep.still_time, b.sleep.speed])
             && (b.extent.is_finite() || !b.is_dynamic())
-            && limits::GRAVITY_SCALE.admits(b.gravity_scale);
+            && limits::GRAVITY_SCALE.admits(b.forces.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
-        holds(b.out == (b.faulted || b.disabled), "a body is neither in the world nor out of it")?;
+        holds(
+            b.out == (b.record.faulted || b.record.disabled),
+            "a body is neither in the world nor out of it",
+        )?;
     }
     let lives = |row: u32| bodies.rows.at(row).is_some();
     let known = bodies.strangers.iter().all(|(a, b)| a < b && lives(*a) && lives(*b));
@@ -192,10 +204,10 @@ fn check_bodies(bodies: &Bodies) -> Check {
 
 /// Checks that exactly the bodies with an exact mass have an entry for it.
 fn check_given(bodies: &Bodies) -> Check {
-    let exact = bodies.rows.iter().filter(|(_, b)| b.mass_source == MassSource::Exact).count();
+    let exact = bodies.rows.iter().filter(|(_, b)| b.inertia.source == MassSource::Exact).count();
     holds(exact == bodies.given.len(), "masses that were given are not those of bodies")?;
     for (row, given) in &bodies.given {
-        let is_exact = bodies.rows.at(*row).is_some_and(|b| b.mass_source == MassSource::Exact);
+        let is_exact = bodies.rows.at(*row).is_some_and(|b| b.inertia.source == MassSource::Exact);
         let MassProperties { mass, center, inertia } = *given;
         let sound = MassDef::Exact { mass, center, inertia }.validate().is_ok();
         holds(is_exact && sound, "a mass that was given is of no body")?;
@@ -206,7 +218,7 @@ fn check_given(bodies: &Bodies) -> Check {
 fn check_shapes(shapes: &Shapes, bodies: &Bodies) -> Check {
     let mut seen = Seen::none_of(shapes.rows.slot_count());
     for (id, body) in bodies.rows.iter() {
-        for row in &body.shapes {
+        for row in &body.ties.shapes {
             let shape = shapes.rows.at(*row).filter(|s| s.body == id.index());
             let Some(shape) = shape.filter(|_| seen.is_new(*row)) else {
                 return Err("a body names a shape that is not its own");
@@ -247,7 +259,7 @@ fn check_shapes(shapes: &Shapes, bodies: &Bodies) -> Check {
 fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
     let mut named = vec![0_u32; joints.rows.slot_count()];
     for (id, body) in bodies.rows.iter() {
-        for row in &body.joints {
+        for row in &body.ties.joints {
             let of =
                 |body| joints.rows.at(*row).is_some_and(|j| j.body_a == body || j.body_b == body);
             holds(of(id.index()), "a body names a joint that is not its own")?;
@@ -284,17 +296,18 @@ fn check_islands(islands: &Islands, bodies: &Bodies) -> Check {
     for (number, island) in (0..).zip(&islands.rows) {
         let (mut at, mut previous, mut len) = (island.first, NONE, 0);
         while at != NONE {
-            let body = bodies.rows.at(at).filter(|b| b.is_dynamic() && b.island == number);
-            let Some(body) = body.filter(|b| b.island_previous == previous && seen.is_new(at))
+            let body = bodies.rows.at(at).filter(|b| b.is_dynamic() && b.sleep.island == number);
+            let Some(body) = body.filter(|b| b.sleep.previous == previous && seen.is_new(at))
             else {
                 return Err("a body is not of its island");
             };
-            (previous, at, len) = (at, body.island_next, len + 1);
+            (previous, at, len) = (at, body.sleep.next, len + 1);
         }
         holds(previous == island.last() && len == island.len, "an island miscounts its bodies")?;
         members += len as usize;
     }
-    let dynamic = bodies.rows.iter().filter(|(_, b)| b.is_dynamic() || b.island != NONE).count();
+    let dynamic =
+        bodies.rows.iter().filter(|(_, b)| b.is_dynamic() || b.sleep.island != NONE).count();
     holds(dynamic == members, "a body is of no island")?;
     let mut seen = Seen::none_of(islands.rows.len());
     let is_free = |row: &u32| seen.is_new(*row) && islands.rows[*row as usize].len == 0;
@@ -306,7 +319,7 @@ fn check_islands(islands: &Islands, bodies: &Bodies) -> Check {
 
 fn check_breakage(breakage: &Breakage, bodies: &Bodies, shapes: &Shapes) -> Check {
     let Breakage { glued, fractures, pieces } = breakage;
-    let breaks = |row: u32| bodies.rows.at(row).is_some_and(|b| b.breaks == b.is_dynamic());
+    let breaks = |row: u32| bodies.rows.at(row).is_some_and(|b| b.record.breaks == b.is_dynamic());
     for (row, glue) in glued {
         let is_piece = |s: &ShapeRow| s.body == *row && !s.sensor && s.density > 0.0;
         let own = |shape: &u32| shapes.rows.at(*shape).is_some_and(is_piece);
@@ -331,6 +344,6 @@ fn check_breakage(breakage: &Breakage, bodies: &Bodies, shapes: &Shapes) -> Chec
         fracture.validate().map_err(|_| "a fracture is out of range")?;
         holds(breaks(*row), "a fracture is of no body")?;
     }
-    let count = bodies.rows.iter().filter(|(_, b)| b.is_piece).count();
+    let count = bodies.rows.iter().filter(|(_, b)| b.record.is_piece).count();
     holds(count == *pieces, "a count of pieces is wrong")
 }

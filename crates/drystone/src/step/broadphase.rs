@@ -20,7 +20,8 @@ use crate::base::threads::shared::Shared;
 use crate::geometry::manifold::PairCache;
 use crate::geometry::rtree::RTree;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::enter::Newcomer;
@@ -280,9 +281,9 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
         return false;
     }
     // A joint is in the lists of both its bodies; search the shorter one.
-    let swap = body_b.joints.len() < body_a.joints.len();
+    let swap = body_b.ties.joints.len() < body_a.ties.joints.len();
     let (body, other) = if swap { (body_b, a.body) } else { (body_a, b.body) };
-    !body.joints.iter().any(|row| {
+    !body.ties.joints.iter().any(|row| {
         let joint = joints.at(*row);
         !joint.collide_connected && (joint.body_a == other || joint.body_b == other)
     })
@@ -327,7 +328,7 @@ fn is_asked(bodies: &Bodies, c: &Contact, is_fresh: impl Fn(u32) -> bool) -> boo
     if a.active() || b.active() {
         return false;
     }
-    let was_added = |body: &Body, shape: u32| body.still_time <= 0.0 && is_fresh(shape);
+    let was_added = |body: &Body, shape: u32| body.sleep.still_time <= 0.0 && is_fresh(shape);
     let is_met = |body: &Body, shape: u32, other: &Body| {
         body.is_dynamic() && !other.is_dynamic() && !was_added(body, shape)
     };

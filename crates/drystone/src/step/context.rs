@@ -10,10 +10,10 @@ use self::caps::{Caps, SHORTEST};
 use self::load_inertia::LoadInertia;
 use self::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
-use crate::state::bodies::{Body, Fineness};
+use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::stillness::StillnessRule;
 use crate::state::def::config::{PenaltyConfig, SleepConfig, WorldConfig};
 use crate::state::def::material::ContactSoftness;
-use crate::state::stillness::StillnessRule;
 
 /// Maximum push-out speed of an island that subdivides its substeps [m/s]. When subdivision begins,
 /// contacts get stiffer by the square of the number of parts. A stack of 30 boxes hopped with the

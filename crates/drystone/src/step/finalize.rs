@@ -23,11 +23,12 @@ use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::threads::disjoint::{Apart, ReadRows, Rows};
 use crate::base::threads::jobs::{Jobs, Output, collect_ranges, grain};
-use crate::state::bodies::{Bodies, Body, Track};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::stillness::{Stillness, StillnessRule};
+use crate::state::bodies::{Bodies, Track};
 use crate::state::bounds::Bounds;
 use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
-use crate::state::stillness::{Stillness, StillnessRule};
 
 /// Findings about some bodies, in the order of the bodies.
 #[derive(Clone, Debug, Default)]
@@ -100,11 +101,11 @@ pub(crate) fn advance_poses(
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
-                body.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
+                body.history.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
                 let known = stillness.row(*row as usize);
                 let parting = lines.parting(body.is_dynamic(), *row);
                 rate_stillness(ctx, sleep, (by_energy, parting), body, known);
-                still |= body.can_sleep && body.still_time >= sleep.time;
+                still |= body.can_sleep && body.sleep.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
                 let way = &mut tracks.row(*row as usize).way;
@@ -182,7 +183,7 @@ fn fit_all<S: Simd>(
 ) -> bool {
     let (mut room, mut in_boxes) = (f32::INFINITY, true);
     let turn = Need::turn_of(body);
-    for row in &body.shapes {
+    for row in &body.ties.shapes {
         let Some(shape) = shapes.row(*row as usize).as_mut().filter(|s| s.enabled) else {
             continue;
         };
@@ -220,7 +221,7 @@ fn ask_for_shapes(
     if let Some(body) = bodies.read(row as usize)
         && (body.flies || body.room <= 2.0 * reach_of_all(body, ctx))
     {
-        for shape in body.shapes.iter().take(2) {
+        for shape in body.ties.shapes.iter().take(2) {
             shapes.prefetch(*shape as usize, 2);
         }
     }
@@ -239,7 +240,7 @@ fn advance(
         let Some(body) = bodies.row(*row as usize) else { continue };
         *before = (body.center, body.rotation);
         if move_body(ctx, body, *row, lines) {
-            spins.add(ctx, *row, body.moments, bodies);
+            spins.add(ctx, *row, body.inertia.moments, bodies);
         }
     }
     spins.finish(ctx, bodies);
@@ -279,8 +280,8 @@ fn arrive(
     (center, rotation): (Vec3, Quat),
     notes: &mut Vec<Note>,
 ) -> bool {
-    body.step_force = Vec3::ZERO;
-    body.step_torque = Vec3::ZERO;
+    body.forces.step_force = Vec3::ZERO;
+    body.forces.step_torque = Vec3::ZERO;
     // Beyond these limits no box, distance or product is meaningful in f32, so such values count as
     // infinite. All comparisons are false for NaN.
     let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);

@@ -11,7 +11,7 @@ use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::simd::wide::LANES;
 use crate::base::threads::disjoint::Rows;
-use crate::state::bodies::{Body, Fineness};
+use crate::state::bodies::body::{Body, Fineness};
 
 /// Bodies that wait for their free rotation, in two lists. Bodies with two equal moments need one
 /// part only; in lanes with a neighbor that needs eight they would be as slow as that.
@@ -57,7 +57,7 @@ impl Spins {
             // Idle lanes repeat the first body.
             let row = rows.get(lane).or(rows.first());
             if let Some(body) = row.and_then(|row| bodies.read(*row as usize).as_ref()) {
-                let w = DVec3::from(body.w) + DVec3::from(body.w_rest);
+                let w = DVec3::from(body.w) + DVec3::from(body.history.w_rest);
                 tops.fill(lane, &Spin::of(body), w);
             }
         }
@@ -74,36 +74,37 @@ impl Spins {
 /// Moves a body that nothing touches along its exact parabola. True if its free rotation remains to
 /// be computed by [`Spins`].
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
-    (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
+    (body.history.inertia_factor, body.history.load, body.history.fineness) =
+        (1.0, 0.0, Fineness::Whole);
     let acc = acceleration(ctx, body);
-    let decay_v = super::context::softness::exact_decay(body.linear_damping, ctx.dt);
+    let decay_v = super::context::softness::exact_decay(body.forces.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;
     let mut mean = (body.v + next) * 0.5;
     let mut v = next;
     for i in 0..3 {
-        if body.locks.linear[i] {
+        if body.inertia.locks.linear[i] {
             (mean[i], v[i]) = (0.0, 0.0);
         }
     }
     body.center += mean * ctx.dt;
     body.v = v;
 
-    let torque = body.torque + body.step_torque;
+    let torque = body.forces.torque + body.forces.step_torque;
     if torque != Vec3::ZERO {
         let (s, _) = roots_of_inertia(body, body.rotation);
         body.w += s.mul(s.mul(torque)) * ctx.dt;
     }
-    body.w *= super::context::softness::exact_decay(body.angular_damping, ctx.dt);
-    let m = body.moments;
+    body.w *= super::context::softness::exact_decay(body.forces.angular_damping, ctx.dt);
+    let m = body.inertia.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
-    if m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
+    if m.min_element() <= 0.0 || body.inertia.locks.angular != [false; 3] {
         let (s, s_inv) = roots_of_inertia(body, body.rotation);
         body.w = s.mul(s_inv.mul(body.w));
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
     } else if round {
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
-    } else if DVec3::from(body.w) + DVec3::from(body.w_rest) == DVec3::ZERO {
-        (body.w, body.w_rest) = (Vec3::ZERO, Vec3::ZERO);
+    } else if DVec3::from(body.w) + DVec3::from(body.history.w_rest) == DVec3::ZERO {
+        (body.w, body.history.w_rest) = (Vec3::ZERO, Vec3::ZERO);
     } else {
         return true;
     }
@@ -118,7 +119,7 @@ mod tests {
     use crate::base::random::Random;
     use crate::base::simd::wide::{LANES, SimdLevel};
     use crate::base::threads::disjoint::{Apart, Rows};
-    use crate::state::bodies::Body;
+    use crate::state::bodies::body::Body;
     use crate::state::def::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
@@ -167,18 +168,18 @@ mod tests {
             let rows = Rows::new(&mut together, apart);
             let mut spins = Spins::default();
             for (row, body) in (0..).zip(&alone) {
-                spins.add(&ctx, row, body.as_ref().map_or(Vec3::ONE, |b| b.moments), &rows);
+                spins.add(&ctx, row, body.as_ref().map_or(Vec3::ONE, |b| b.inertia.moments), &rows);
             }
             spins.finish(&ctx, &rows);
             let mut rested = 0;
             for (a, b) in alone.iter().flatten().zip(together.iter().flatten()) {
-                let w = DVec3::from(a.w) + DVec3::from(a.w_rest);
+                let w = DVec3::from(a.w) + DVec3::from(a.history.w_rest);
                 let turned = rotate_freely(&Spin::of(a), w, ctx.dt, ctx.substeps);
                 let bits = |x: [f32; 4]| x.map(f32::to_bits);
                 let of = |v: Vec3| bits([v.x, v.y, v.z, 0.0]);
                 assert_eq!(bits(b.rotation.to_array()), bits(turned.rotation.to_array()));
-                assert_eq!((of(b.w), of(b.w_rest)), (of(turned.w), of(turned.w_rest)));
-                rested += usize::from(a.w_rest != Vec3::ZERO);
+                assert_eq!((of(b.w), of(b.history.w_rest)), (of(turned.w), of(turned.w_rest)));
+                rested += usize::from(a.history.w_rest != Vec3::ZERO);
             }
             assert!(rested > 30, "{rested}");
         }

@@ -17,7 +17,7 @@ pub(crate) mod lanes;
 use crate::base::double::{DQuat, DVec3};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 
 /// Maximum turn of one symplectic rotation step [rad]. The error of Strang splitting in a step is
 /// at most about a twelfth of its cube, 7e-7 rad here, and its period is off by the square.
@@ -97,7 +97,11 @@ pub(crate) struct Spin {
 
 impl Spin {
     pub(crate) fn of(body: &Body) -> Self {
-        Self { rotation: body.rotation, principal: body.principal, moments: body.moments }
+        Self {
+            rotation: body.rotation,
+            principal: body.inertia.principal,
+            moments: body.inertia.moments,
+        }
     }
 }
 

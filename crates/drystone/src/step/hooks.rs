@@ -10,7 +10,7 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::manifold::Manifold;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::def::material::ContactSoftness;
 use crate::state::shapes::ShapeRow;
 

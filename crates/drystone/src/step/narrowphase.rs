@@ -42,7 +42,8 @@ use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_m
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Bodies, Body, NONE, Track};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE, Track};
 use crate::state::contacts::{Contact, Contacts, Lent};
 use crate::state::shapes::{ShapeRow, Shapes};
 

@@ -7,7 +7,7 @@
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::manifold::Manifold;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 

@@ -49,7 +49,7 @@ pub(crate) fn meet_shapes(
         // Marks of the last step; bodies that are still dragged are marked again below.
         match sets.bodies.rows.at_mut(row) {
             Some(body) => {
-                body.dragged = false;
+                body.record.dragged = false;
                 s.pace.released.push(row);
             }
             // Its solver body must be removed with it.
@@ -213,12 +213,12 @@ fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
     let held = particles.attachments.iter().filter(|a| !particles.at(a.line).frozen);
     for row in met.chain(held.map(|a| a.body)) {
         let body = sets.bodies.at_mut(row);
-        if body.is_dynamic() && body.active() && !body.dragged {
-            body.dragged = true;
+        if body.is_dynamic() && body.active() && !body.record.dragged {
+            body.record.dragged = true;
             s.pace.dragged.push(row);
             // It may have had no row in the solver.
             sets.colors.bodies_changed |=
-                body.constraints == 0 && s.pace.released.binary_search(&row).is_err();
+                body.ties.constraints == 0 && s.pace.released.binary_search(&row).is_err();
         }
     }
     s.pace.dragged.sort_unstable();
@@ -229,7 +229,7 @@ fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
 fn release(sets: &mut Sets<'_>, s: &mut Scratch) {
     for row in s.pace.released.drain(..) {
         if let Some(body) = sets.bodies.rows.at(row) {
-            sets.colors.bodies_changed |= !body.dragged && body.constraints == 0;
+            sets.colors.bodies_changed |= !body.record.dragged && body.ties.constraints == 0;
         }
     }
 }

@@ -15,7 +15,8 @@ use crate::base::grow::Slack;
 use crate::base::sparse::Sparse;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_ranges, for_runs, grain};
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
 use crate::state::events::SensorEvent;
@@ -116,7 +117,7 @@ fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     let [a, b] = [c.body_a, c.body_b].map(|body| bodies.at(body));
     // Points appear and vanish at the speculative distance. An awake slow body is still waiting to
     // sleep.
-    let waits = |body: &Body| !body.is_dynamic() || body.active() && body.still_time > 0.0;
+    let waits = |body: &Body| !body.is_dynamic() || body.active() && body.sleep.still_time > 0.0;
     if waits(a) && waits(b) && c.points().iter().all(|p| p.separation > 0.0) {
         return true;
     }
@@ -310,7 +311,7 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
                     let [a, b] = ends.map(|row| bodies.at(row));
                     for (row, body, other) in [(ends[0], a, b), (ends[1], b, a)] {
                         if body.is_dynamic() {
-                            next.set(row, next.get(row).min(other.level.saturating_add(1)));
+                            next.set(row, next.get(row).min(other.history.level.saturating_add(1)));
                         }
                     }
                 }
@@ -329,8 +330,8 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
             {
                 let level = next.get(*row);
                 let level = if level > most { NONE } else { level };
-                any |= level != body.level;
-                body.level = level;
+                any |= level != body.history.level;
+                body.history.level = level;
             }
         }
         if any {

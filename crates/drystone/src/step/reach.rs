@@ -8,7 +8,7 @@ use crate::base::aabb::Aabb;
 use crate::base::math::{Mat3, Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::shapes::{ShapeRow, Shapes};
 
 /// The box that a shape needs in the tree.
@@ -26,7 +26,7 @@ pub(crate) const FAR_TURN: f32 = 0.5;
 impl Need {
     /// Rotation of a body with several shapes.
     pub(crate) fn turn_of(body: &Body) -> Option<Mat3> {
-        (body.shapes.len() > 1).then(|| body.rotation.to_mat3())
+        (body.ties.shapes.len() > 1).then(|| body.rotation.to_mat3())
     }
 
     /// `turn`: the body's rotation, for a shape that is one of several.
@@ -93,7 +93,7 @@ pub(crate) fn reach(velocity: Vec3, body: &Body, ctx: &StepContext) -> Vec3 {
 /// Upper bound on the reach of all shapes of a body [m].
 pub(crate) fn reach_of_all(body: &Body, ctx: &StepContext) -> f32 {
     let turning =
-        if body.shapes.len() > 1 { body.w.length() * (body.extent * ctx.dt) } else { 0.0 };
+        if body.ties.shapes.len() > 1 { body.w.length() * (body.extent * ctx.dt) } else { 0.0 };
     reach(body.v, body, ctx).length() + turning
 }
 

@@ -125,7 +125,7 @@ pub(crate) fn rest_still_islands(
             let driven = members.iter().copied().find(|row| drives.driver(*row).is_some());
             if let Some(row) = driven {
                 // The island is checked again only when the drive can have stopped.
-                sets.bodies.at_mut(row).still_time = 0.0;
+                sets.bodies.at_mut(row).sleep.still_time = 0.0;
             } else {
                 if sets.islands.wake_alone {
                     freeze::note_loads(ctx, &members, sets);
@@ -160,11 +160,11 @@ impl Rates {
         collect_ranges(jobs, awake.len(), grain(jobs, awake.len(), 512), runs, |range, out| {
             for row in &awake[range] {
                 let body = sets.bodies.at(*row);
-                let still = if body.can_sleep { body.still_time } else { 0.0 };
+                let still = if body.can_sleep { body.sleep.still_time } else { 0.0 };
                 let times = Times { least: still, most: still };
                 match out.last_mut() {
-                    Some((island, of)) if *island == body.island => of.add(times),
-                    _ => out.push((body.island, times)),
+                    Some((island, of)) if *island == body.sleep.island => of.add(times),
+                    _ => out.push((body.sleep.island, times)),
                 }
             }
         });
@@ -190,10 +190,10 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
     let members = sets.islands.members(island, sets.bodies);
     sets.islands.dissolve(island);
     for m in &members {
-        sets.bodies.at_mut(*m).island = NONE;
+        sets.bodies.at_mut(*m).sleep.island = NONE;
     }
     for start in &members {
-        if sets.bodies.at(*start).island != NONE {
+        if sets.bodies.at(*start).sleep.island != NONE {
             continue;
         }
         let component = sets.islands.create(*start, sets.bodies);
@@ -201,8 +201,8 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
         while body != NONE {
             let row = sets.bodies.at(body);
             // An awake body without acting constraints need not read its contacts.
-            let alone = row.active() && row.constraints == 0;
-            let mut at = if alone { NONE } else { row.contacts };
+            let alone = row.active() && row.ties.constraints == 0;
+            let mut at = if alone { NONE } else { row.ties.contacts };
             while at != NONE {
                 let c = sets.contacts.at(at / 2);
                 let other = if at & 1 == 0 { c.body_b } else { c.body_a };
@@ -211,14 +211,14 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
                     join(component, other, sets);
                 }
             }
-            for i in 0..sets.bodies.at(body).joints.len() {
-                let joint = sets.joints.at(sets.bodies.at(body).joints[i]);
+            for i in 0..sets.bodies.at(body).ties.joints.len() {
+                let joint = sets.joints.at(sets.bodies.at(body).ties.joints[i]);
                 let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
                 if joint.is_on() {
                     join(component, other, sets);
                 }
             }
-            body = sets.bodies.at(body).island_next;
+            body = sets.bodies.at(body).sleep.next;
         }
         sets.islands.split_again(component, step);
     }
@@ -228,7 +228,7 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
 /// Adds a body without an island.
 fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
     let row = sets.bodies.at(body);
-    if row.is_dynamic() && row.island == NONE {
+    if row.is_dynamic() && row.sleep.island == NONE {
         sets.islands.push(component, body, sets.bodies);
     }
 }
@@ -252,20 +252,20 @@ impl Roots {
             sets.islands.split_again(island, step);
         } else if !sets.islands.wake_alone {
             sets.islands.dissolve(island);
-            members.iter().for_each(|row| sets.bodies.at_mut(*row).island = NONE);
+            members.iter().for_each(|row| sets.bodies.at_mut(*row).sleep.island = NONE);
             for &row in &members {
                 // The root is the first body of its component.
                 let root = self.root(row);
-                if sets.bodies.at(root).island == NONE {
+                if sets.bodies.at(root).sleep.island == NONE {
                     sets.islands.create(root, sets.bodies);
                 }
                 if row != root {
-                    let component = sets.bodies.at(root).island;
+                    let component = sets.bodies.at(root).sleep.island;
                     sets.islands.push(component, row, sets.bodies);
                 }
             }
             for &row in members.iter().filter(|row| self.of.get(**row) == **row) {
-                let component = sets.bodies.at(row).island;
+                let component = sets.bodies.at(row).sleep.island;
                 sets.islands.split_again(component, step);
             }
         }
@@ -390,7 +390,7 @@ mod tests {
             for island in tables.islands.rows.iter().filter(|island| island.len > 1) {
                 largest = largest.max(island.len);
                 let constraints: u32 =
-                    island.bodies(&tables.bodies).map(|body| body.constraints).sum();
+                    island.bodies(&tables.bodies).map(|body| body.ties.constraints).sum();
                 let holds = constraints >= 2 * (island.len - 1);
                 assert!(holds || !island.was_cut_often(), "{island:?} has {constraints} ends");
             }
@@ -434,12 +434,12 @@ mod tests {
     fn parts(tables: &Tables) -> Vec<(u32, u32)> {
         let mut parts = Vec::new();
         for (id, body) in tables.bodies.rows.iter().filter(|(_, body)| body.is_dynamic()) {
-            let island = &tables.islands.rows[body.island as usize];
+            let island = &tables.islands.rows[body.sleep.island as usize];
             let mut rows = Vec::new();
             let mut at = island.first;
             while at != NONE {
                 rows.push(at);
-                at = tables.bodies.at(at).island_next;
+                at = tables.bodies.at(at).sleep.next;
             }
             assert_eq!(rows.len(), island.len as usize);
             parts.push((id.index(), rows.into_iter().min().unwrap()));
@@ -459,7 +459,7 @@ mod tests {
             for pair in rows.windows(2) {
                 tables.islands.link(pair[0], pair[1], &mut tables.bodies);
             }
-            let island = tables.bodies.at(rows[0]).island;
+            let island = tables.bodies.at(rows[0]).sleep.island;
             let split = |roots: Option<&mut Roots>| {
                 let mut world = world.clone();
                 let tables = world.tables_mut();

@@ -30,7 +30,8 @@ use crate::base::sparse::Sparse;
 use crate::base::threads::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::contacts::{Contacts, Watch};
 use crate::state::events::SensorEvent;
@@ -209,12 +210,13 @@ fn first_stop(
     delta: Vec3,
     around: &Around<'_>,
 ) -> Option<f32> {
-    if !body.hollow || body.shapes.len() < 2 {
-        let whole = Swept { body, shapes: &body.shapes, middle: Vec3::ZERO, extent: body.extent };
+    if !body.inertia.hollow || body.ties.shapes.len() < 2 {
+        let whole =
+            Swept { body, shapes: &body.ties.shapes, middle: Vec3::ZERO, extent: body.extent };
         return first_stop_of(&whole, row, (from, stood), delta, around);
     }
     let mut first: Option<f32> = None;
-    for shape in &body.shapes {
+    for shape in &body.ties.shapes {
         let s = around.shapes.at(*shape);
         let (middle, extent) = s.solid.ball();
         let middle = s.centered.point(middle);
@@ -351,7 +353,7 @@ mod tests {
     use crate::base::math::{Vec3, vec3};
     use crate::base::quat::Quat;
     use crate::base::random::Random;
-    use crate::state::bodies::Body;
+    use crate::state::bodies::body::Body;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::world::World;
 
@@ -409,7 +411,7 @@ mod tests {
                     if delta.length() <= 0.5 * body.inner {
                         continue;
                     }
-                    let in_boxes = body.shapes.iter().all(|shape| {
+                    let in_boxes = body.ties.shapes.iter().all(|shape| {
                         let solid = &shapes.at(*shape).solid;
                         let tight: Aabb = solid.aabb(&shapes.at(*shape).placed(body));
                         then.shapes.at(*shape).fat.contains(&tight)

@@ -9,7 +9,8 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::{Body, Few, Fineness, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::{Body, Forces, History, Inertia, Record, Sleep, Ties};
 use crate::state::contacts::Contact;
 use crate::state::def::reports::PackedReports;
 use crate::state::def::{BodyDef, BodyKind, DefError, MassDef, ShapeDef, shape_suits};
@@ -40,48 +41,42 @@ impl World {
             // A static body has no velocity, even if its definition gives one.
             v: if def.kind == BodyKind::Static { Vec3::ZERO } else { def.linear_velocity },
             w: if def.kind == BodyKind::Static { Vec3::ZERO } else { def.angular_velocity },
-            local_center: mass.center,
-            mass: mass.mass,
-            mass_source: def.mass.into(),
-            moments,
-            principal,
-            locks: def.locks,
-            gravity_scale: def.gravity_scale,
-            linear_damping: def.linear_damping,
-            angular_damping: def.angular_damping,
-            step_force: Vec3::ZERO,
-            step_torque: Vec3::ZERO,
-            force: Vec3::ZERO,
-            torque: Vec3::ZERO,
-            shapes: Few::new(),
-            joints: Few::new(),
-            contacts: NONE,
-            constraints: 0,
-            awake_row: NONE,
-            island: NONE,
-            island_previous: NONE,
-            island_next: NONE,
-            w_rest: Vec3::ZERO,
-            inertia_factor: 1.0,
-            fineness: Fineness::Whole,
-            load: 0.0,
-            last_h: 0.0,
-            still_time: 0.0,
-            can_sleep: def.can_sleep,
-            sleep_speed: def.sleep_speed.unwrap_or(-1.0),
             extent: 0.0,
+            inertia: Inertia {
+                local_center: mass.center,
+                mass: mass.mass,
+                moments,
+                principal,
+                source: def.mass.into(),
+                locks: def.locks,
+                hollow: true,
+            },
             inner: f32::INFINITY,
+            forces: Forces {
+                gravity_scale: def.gravity_scale,
+                linear_damping: def.linear_damping,
+                angular_damping: def.angular_damping,
+                step_force: Vec3::ZERO,
+                step_torque: Vec3::ZERO,
+                force: Vec3::ZERO,
+                torque: Vec3::ZERO,
+            },
             room: 0.0,
-            level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
+            ties: Ties::none(),
+            record: Record {
+                user_data: def.user_data,
+                dragged: false,
+                breaks: def.glue.is_some() || def.fracture.is_some(),
+                is_piece: false,
+                faulted: false,
+                disabled: false,
+            },
+            sleep: Sleep::begin(def.sleep_speed.unwrap_or(-1.0)),
+            history: History::begin(if def.kind == BodyKind::Dynamic { NONE } else { 0 }),
+            can_sleep: def.can_sleep,
             out: false,
             flies: false,
-            dragged: false,
-            breaks: def.glue.is_some() || def.fracture.is_some(),
-            is_piece: false,
-            hollow: true,
-            faulted: false,
-            disabled: false,
-            user_data: def.user_data,
+            awake_row: NONE,
         };
         let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;
         let id = self.tables.bodies.insert(body);
@@ -157,7 +152,8 @@ impl World {
         let rolling_radius = rolling_radius(&def.shape);
         let flat = def.shape.is_flat();
         let b = self.tables.bodies.at(body);
-        let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
+        let centered =
+            Pose { position: local.position - b.inertia.local_center, rotation: local.rotation };
         let fixed = b.kind == BodyKind::Static;
         let id = self.tables.shapes.insert(ShapeRow {
             here: Here::Yes,
@@ -184,7 +180,7 @@ impl World {
         let front = def.one_way.and_then(Vec3::try_normalize);
         self.tables.shapes.set_one_way(id.index(), front);
         let b = self.tables.bodies.at_mut(body);
-        b.shapes.push(id.index());
+        b.ties.shapes.push(id.index());
         self.tables.shapes.at(id.index()).widen(b);
         b.room = 0.0;
         self.enter_bounds(id.index());
@@ -214,8 +210,8 @@ impl World {
         let ctx = self.context();
         let tables = &mut self.tables;
         tables.bodies.at_mut(body).room = 0.0;
-        for i in 0..tables.bodies.at(body).shapes.len() {
-            let shape = tables.bodies.at(body).shapes[i];
+        for i in 0..tables.bodies.at(body).ties.shapes.len() {
+            let shape = tables.bodies.at(body).ties.shapes[i];
             if !tables.shapes.at(shape).is_in(tables.bodies.at(body)) {
                 continue;
             }
@@ -267,14 +263,14 @@ impl World {
     /// it touched. False if there is no such body.
     pub fn remove_body(&mut self, id: BodyId) -> bool {
         let Some(row) = self.tables.bodies.rows.row(id) else { return false };
-        for joint in self.tables.bodies.at(row).joints.clone() {
+        for joint in self.tables.bodies.at(row).ties.joints.clone() {
             if let Some(joint) = self.tables.joints.rows.id_at(joint) {
                 self.remove_joint(joint);
             }
         }
         self.detach_all(row);
         self.end_contacts_of(row, None);
-        for shape in self.tables.bodies.at(row).shapes.clone() {
+        for shape in self.tables.bodies.at(row).ties.shapes.clone() {
             let tables = &mut self.tables;
             tables.bounds.remove(shape, &tables.shapes);
             tables.shapes.remove(shape);
@@ -286,7 +282,7 @@ impl World {
         tables.bodies.given.remove(&row);
         tables.bodies.strangers.retain(|(a, b)| *a != row && *b != row);
         tables.shapes.between.retain(|(a, b), _| *a != row && *b != row);
-        tables.breakage.forget(row, tables.bodies.at(row).is_piece);
+        tables.breakage.forget(row, tables.bodies.at(row).record.is_piece);
         tables.islands.remove(row, &mut tables.bodies);
         tables.bodies.rows.remove(id);
         true
@@ -301,7 +297,7 @@ impl World {
         self.sets().wake(body);
         let tables = &mut self.tables;
         tables.bounds.remove(row, &tables.shapes);
-        tables.bodies.at_mut(body).shapes.retain(|s| *s != row);
+        tables.bodies.at_mut(body).ties.shapes.retain(|s| *s != row);
         tables.shapes.remove(row);
         if let Some(glued) = tables.breakage.glued.get_mut(&body) {
             glued.retain(|shape| shape != row);

@@ -13,7 +13,8 @@ use crate::base::math::{Vec3, bounded};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::Body;
 use crate::state::def::{
     AxisLocks, BodyKind, DefError, Fracture, MassDef, position, unit, velocity, within,
 };
@@ -94,13 +95,16 @@ impl<'w> BodyRef<'w> {
     /// Its mass [kg]; 0 unless it is dynamic.
     #[must_use]
     pub const fn mass(&self) -> f32 {
-        self.body.mass
+        self.body.inertia.mass
     }
 
     /// Its inertia about the center of mass [kg m², world axes].
     #[must_use]
     pub fn inertia(&self) -> Sym3 {
-        Sym3::rotated_diagonal(self.body.rotation * self.body.principal, self.body.moments)
+        Sym3::rotated_diagonal(
+            self.body.rotation * self.body.inertia.principal,
+            self.body.inertia.moments,
+        )
     }
 
     /// Its kinetic energy [J]; 0 unless it is dynamic. A value beyond f32 is given as the largest
@@ -111,14 +115,14 @@ impl<'w> BodyRef<'w> {
             return 0.0;
         }
         let (v, w) = (self.body.v, self.body.w);
-        bounded(0.5 * (self.body.mass * v.length_squared() + w.dot(self.inertia().mul(w))))
+        bounded(0.5 * (self.body.inertia.mass * v.length_squared() + w.dot(self.inertia().mul(w))))
     }
 
     /// Its potential energy in the world's gravity [J], zero at the origin; 0 unless it is dynamic.
     #[must_use]
     pub fn potential_energy(&self) -> f32 {
-        let g = self.tables.config.gravity * self.body.gravity_scale;
-        bounded(-self.body.mass * g.dot(self.body.center))
+        let g = self.tables.config.gravity * self.body.forces.gravity_scale;
+        bounded(-self.body.inertia.mass * g.dot(self.body.center))
     }
 
     /// A 64-bit hash of the bits of its pose and velocity. Equal runs give equal hashes.
@@ -133,13 +137,13 @@ impl<'w> BodyRef<'w> {
     /// asleep.
     #[must_use]
     pub fn is_asleep(&self) -> bool {
-        self.body.sleeps() && !self.body.disabled
+        self.body.sleeps() && !self.body.record.disabled
     }
 
     /// False if it is disabled: see [`BodyMut::set_enabled`].
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
-        !self.body.disabled
+        !self.body.record.disabled
     }
 
     /// Source of its mass while it is dynamic.
@@ -151,13 +155,13 @@ impl<'w> BodyRef<'w> {
     /// Factor by which gravity acts on it.
     #[must_use]
     pub const fn gravity_scale(&self) -> f32 {
-        self.body.gravity_scale
+        self.body.forces.gravity_scale
     }
 
     /// Rates at which linear and angular velocity decay [1/s].
     #[must_use]
     pub const fn damping(&self) -> [f32; 2] {
-        [self.body.linear_damping, self.body.angular_damping]
+        [self.body.forces.linear_damping, self.body.forces.angular_damping]
     }
 
     /// Whether it may fall asleep.
@@ -169,13 +173,13 @@ impl<'w> BodyRef<'w> {
     /// Speed below which it counts as slow [m/s]; `None`: the world's default.
     #[must_use]
     pub fn sleep_speed(&self) -> Option<f32> {
-        (self.body.sleep_speed >= 0.0).then_some(self.body.sleep_speed)
+        (self.body.sleep.speed >= 0.0).then_some(self.body.sleep.speed)
     }
 
     /// True if its state became non-finite, until it gets a new pose or velocity.
     #[must_use]
     pub const fn is_faulted(&self) -> bool {
-        self.body.faulted
+        self.body.record.faulted
     }
 
     /// Its level in the contact graph: the minimum number of contacts between it and a static or
@@ -183,18 +187,18 @@ impl<'w> BodyRef<'w> {
     /// level per step.
     #[must_use]
     pub fn support_level(&self) -> Option<u32> {
-        (self.body.level != NONE).then_some(self.body.level)
+        (self.body.history.level != NONE).then_some(self.body.history.level)
     }
 
     /// Its shapes.
     pub fn shapes(&self) -> impl Iterator<Item = ShapeId> {
-        self.body.shapes.iter().map(|row| self.tables.shapes.id(*row))
+        self.body.ties.shapes.iter().map(|row| self.tables.shapes.id(*row))
     }
 
     /// Its joints, in no promised order. [`crate::JointRef::body_b`] tells which side of a joint it
     /// is on.
     pub fn joints(&self) -> impl Iterator<Item = JointId> {
-        self.body.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
+        self.body.ties.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
     }
 
     /// The bonds between its shapes; empty unless it is glued.
@@ -211,13 +215,13 @@ impl<'w> BodyRef<'w> {
     /// The locked axes, along or about which it cannot move.
     #[must_use]
     pub const fn locks(&self) -> AxisLocks {
-        self.body.locks
+        self.body.inertia.locks
     }
 
     /// The user's number.
     #[must_use]
     pub const fn user_data(&self) -> u64 {
-        self.body.user_data
+        self.body.record.user_data
     }
 }
 
@@ -265,9 +269,9 @@ impl<'w> BodyMut<'w> {
         });
         let ends = |row: &u32| [tables.joints.at(*row).body_a, tables.joints.at(*row).body_b];
         // A coupling may connect bodies to this one through its other joint alone.
-        let ids = body.joints.iter().filter_map(|row| tables.joints.rows.id_at(*row));
+        let ids = body.ties.joints.iter().filter_map(|row| tables.joints.rows.id_at(*row));
         let coupled: Vec<u32> = ids.flat_map(|id| self.world.couplings_of(id)).collect();
-        let joined = body.joints.iter().chain(&coupled).flat_map(ends);
+        let joined = body.ties.joints.iter().chain(&coupled).flat_map(ends);
         let others: Vec<u32> = touching.chain(joined).filter(|row| *row != self.row).collect();
         for other in others {
             self.world.sets().wake(other);
@@ -313,7 +317,7 @@ impl<'w> BodyMut<'w> {
         if body.kind == BodyKind::Static {
             return;
         }
-        (body.v, body.w, body.w_rest) = (v, w, Vec3::ZERO);
+        (body.v, body.w, body.history.w_rest) = (v, w, Vec3::ZERO);
         self.world.bring_back(self.row);
         if v != Vec3::ZERO || w != Vec3::ZERO {
             if self.body().kind == BodyKind::Kinematic {
@@ -333,7 +337,7 @@ impl<'w> BodyMut<'w> {
             return Ok(());
         }
         let rotation = pose.rotation.normalized();
-        let target = pose.position + rotation.rotate(body.local_center);
+        let target = pose.position + rotation.rotate(body.inertia.local_center);
         let turn = (rotation * body.rotation.conjugate()).to_rotation_vector();
         let (v, w) = ((target - body.center) * (1.0 / dt), turn * (1.0 / dt));
         velocity("velocity to the pose", v)?;
@@ -345,7 +349,7 @@ impl<'w> BodyMut<'w> {
     /// See [`Self::set_gravity_scale`].
     pub(super) fn try_set_gravity_scale(&mut self, scale: f32) -> Result<(), DefError> {
         within("gravity_scale", scale, &limits::GRAVITY_SCALE)?;
-        self.body().gravity_scale = scale;
+        self.body().forces.gravity_scale = scale;
         self.wake();
         Ok(())
     }
@@ -355,14 +359,14 @@ impl<'w> BodyMut<'w> {
         within("linear_damping", linear, &limits::DAMPING)?;
         within("angular_damping", angular, &limits::DAMPING)?;
         let body = self.body();
-        (body.linear_damping, body.angular_damping) = (linear, angular);
+        (body.forces.linear_damping, body.forces.angular_damping) = (linear, angular);
         Ok(())
     }
 
     /// Locks axes [world]. Velocity along and about locked axes becomes 0.
     pub fn set_locks(&mut self, locks: AxisLocks) {
         let body = self.body();
-        let old = core::mem::replace(&mut body.locks, locks);
+        let old = core::mem::replace(&mut body.inertia.locks, locks);
         for i in 0..3 {
             if locks.linear[i] {
                 body.v[i] = 0.0;
@@ -386,6 +390,6 @@ impl<'w> BodyMut<'w> {
 
     /// Sets the user's number.
     pub fn set_user_data(&mut self, data: u64) {
-        self.body().user_data = data;
+        self.body().record.user_data = data;
     }
 }

@@ -10,11 +10,11 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
+use crate::state::bodies::stillness::Stillness;
 use crate::state::def::{
     BodyKind, DefError, MassDef, at_least_zero, position, shape_suits, unit, velocity,
 };
-use crate::state::stillness::Stillness;
 use crate::state::tables::Tables;
 use crate::step::broadphase::may_meet;
 use crate::step::sleep::{freeze, split_island};
@@ -38,7 +38,7 @@ impl BodyMut<'_> {
         if kind == body.kind {
             return Ok(());
         }
-        for shape in &body.shapes {
+        for shape in &body.ties.shapes {
             shape_suits(kind, &self.world.tables.shapes.at(*shape).shape)?;
         }
         let mut mass = None;
@@ -76,13 +76,13 @@ impl BodyMut<'_> {
             made = Some(props);
         }
         let bodies = &mut self.world.tables.bodies;
-        bodies.at_mut(row).mass_source = mass.into();
+        bodies.at_mut(row).inertia.source = mass.into();
         bodies.given.remove(&row);
         if let MassDef::Exact { mass, center, inertia } = mass {
             bodies.given.insert(row, MassProperties { mass, center, inertia });
         }
         if let Some(made) = made {
-            let more = made.mass - self.body().mass;
+            let more = made.mass - self.body().inertia.mass;
             self.world.set_mass(row, &made);
             self.world.follow_weight(row, more);
             self.world.refresh_extent(row);
@@ -98,12 +98,16 @@ impl BodyMut<'_> {
         check_mass(mass.mass, moments)?;
         let body = self.body();
         check_energy(mass.mass, moments, [body.v, body.w])?;
-        let (force, torque) = (body.force + body.step_force, body.torque + body.step_torque);
-        let now = (body.mass, body.moments, body.principal);
-        (body.mass, body.moments, body.principal) = (mass.mass, moments, principal);
+        let (force, torque) = (
+            body.forces.force + body.forces.step_force,
+            body.forces.torque + body.forces.step_torque,
+        );
+        let now = (body.inertia.mass, body.inertia.moments, body.inertia.principal);
+        (body.inertia.mass, body.inertia.moments, body.inertia.principal) =
+            (mass.mass, moments, principal);
         let checked = self.check_forces(force, torque);
         let body = self.body();
-        (body.mass, body.moments, body.principal) = now;
+        (body.inertia.mass, body.inertia.moments, body.inertia.principal) = now;
         checked
     }
 
@@ -114,14 +118,14 @@ impl BodyMut<'_> {
     /// all sums, and its joints and attachments are idle. Its contacts end, and its neighbors wake.
     /// When it is enabled again, it continues in the state that it had.
     pub fn set_enabled(&mut self, enabled: bool) {
-        if enabled != self.body().disabled {
+        if enabled != self.body().record.disabled {
             return;
         }
         let (row, id) = (self.row, self.get().id());
         if enabled {
             let body = self.body();
-            body.disabled = false;
-            if body.faulted {
+            body.record.disabled = false;
+            if body.record.faulted {
                 return;
             }
             let moves = body.v != Vec3::ZERO || body.w != Vec3::ZERO;
@@ -138,7 +142,7 @@ impl BodyMut<'_> {
         }
         self.wake();
         self.wake_neighbors();
-        self.body().disabled = true;
+        self.body().record.disabled = true;
         if !self.body().out {
             self.world.sets().take_out(row);
             self.world.take_out(row);
@@ -156,7 +160,7 @@ impl BodyMut<'_> {
         if !body.active() || !body.is_dynamic() {
             return;
         }
-        let island = body.island;
+        let island = body.sleep.island;
         if self.world.tables.islands.wake_alone {
             let ctx = self.world.context();
             freeze::note_loads(&ctx, &[row], &mut self.world.sets());
@@ -168,11 +172,11 @@ impl BodyMut<'_> {
             split_island(island, step, &mut self.world.sets());
         }
         let Tables { islands, bodies, .. } = &mut self.world.tables;
-        let members = islands.members(bodies.at(row).island, bodies);
+        let members = islands.members(bodies.at(row).sleep.island, bodies);
         for row in &members {
             // A body with still time 0 is not woken by existing contacts, like a body that is added
             // asleep.
-            bodies.at_mut(*row).still_time = 0.0;
+            bodies.at_mut(*row).sleep.still_time = 0.0;
         }
         self.world.sets().rest(&members);
         self.world.tables.islands.give_back(members);
@@ -186,7 +190,7 @@ impl BodyMut<'_> {
         if let Some(speed) = speed {
             at_least_zero("sleep_speed", speed)?;
         }
-        self.body().sleep_speed = speed.unwrap_or(-1.0);
+        self.body().sleep.speed = speed.unwrap_or(-1.0);
         Ok(())
     }
 
@@ -217,9 +221,9 @@ impl BodyMut<'_> {
         let row = self.row;
         let body = self.body();
         let has_velocity = body.kind != BodyKind::Static;
-        let center = Pose { rotation, ..pose }.point(body.local_center);
+        let center = Pose { rotation, ..pose }.point(body.inertia.local_center);
         let stays = body.pose() == pose || (body.center == center && body.rotation == rotation);
-        let moved = body.faulted || !stays;
+        let moved = body.record.faulted || !stays;
         let sped = has_velocity && (body.v != linear || body.w != angular);
         if moved {
             self.wake_neighbors();
@@ -245,11 +249,13 @@ impl World {
         if kind == BodyKind::Static {
             (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         }
-        (body.step_force, body.step_torque, body.w_rest) = Default::default();
-        (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
-        body.last_h = if ctx.is_soft { self.last_h } else { 0.0 };
+        (body.forces.step_force, body.forces.step_torque, body.history.w_rest) = Default::default();
+        (body.history.inertia_factor, body.history.load, body.history.fineness) =
+            (1.0, 0.0, Fineness::Whole);
+        body.history.last_h = if ctx.is_soft { self.last_h } else { 0.0 };
         body.flies = false;
-        (body.mass, body.moments, body.principal) = (0.0, Vec3::ZERO, Quat::IDENTITY);
+        (body.inertia.mass, body.inertia.moments, body.inertia.principal) =
+            (0.0, Vec3::ZERO, Quat::IDENTITY);
         self.tables.bodies.tracks[row as usize].ahead = 0;
         self.tables.bodies.stillness[row as usize] = Stillness::default();
         self.sets().set_kind(row, kind);
@@ -265,7 +271,7 @@ impl World {
             return;
         }
         self.tables.bodies.at_mut(row).room = 0.0;
-        for shape in self.tables.bodies.at(row).shapes.clone() {
+        for shape in self.tables.bodies.at(row).ties.shapes.clone() {
             let tables = &mut self.tables;
             tables.bounds.remove(shape, &tables.shapes);
             tables.shapes.at_mut(shape).fixed = !was_fixed;
@@ -296,7 +302,7 @@ impl World {
     /// Clears the impulses of joints that no longer act on a dynamic body. Updates couplings, which
     /// act between bodies of which at least one is dynamic.
     fn follow_kind_of(&mut self, row: u32) {
-        let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
+        let joints: Vec<u32> = self.tables.bodies.at(row).ties.joints.to_vec();
         for joint in joints {
             let tables = &mut self.tables;
             let Some(id) = tables.joints.rows.id_at(joint) else { continue };

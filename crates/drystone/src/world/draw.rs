@@ -10,7 +10,7 @@ use super::view::ContactRef;
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::def::{BodyKind, JointKind};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
@@ -344,7 +344,7 @@ fn color_of(shape: &ShapeRow, body: &Body, tint: DebugTint) -> DebugColor {
         _ if shape.sensor => DebugColor::SENSOR,
         BodyKind::Static => DebugColor::FIXED,
         BodyKind::Kinematic => DebugColor::KINEMATIC,
-        BodyKind::Dynamic if tint == DebugTint::Island => DebugColor::of(body.island),
+        BodyKind::Dynamic if tint == DebugTint::Island => DebugColor::of(body.sleep.island),
         BodyKind::Dynamic if body.active() => DebugColor::DYNAMIC,
         BodyKind::Dynamic => DebugColor::ASLEEP,
     }

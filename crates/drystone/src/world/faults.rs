@@ -5,7 +5,7 @@
 
 use super::World;
 use crate::base::math::Vec3;
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
 use crate::state::events::{Fault, FaultKind};
 
 impl World {
@@ -34,7 +34,7 @@ impl World {
     /// Removes the contacts, joints and boxes of a body, which is no longer awake, from the world.
     pub(super) fn take_out(&mut self, row: u32) {
         self.end_contacts_of(row, None);
-        let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
+        let joints: Vec<u32> = self.tables.bodies.at(row).ties.joints.to_vec();
         for joint in joints {
             self.take_out_joint(joint);
         }
@@ -43,11 +43,12 @@ impl World {
             held.impulse = Vec3::ZERO;
         }
         let body = tables.bodies.at_mut(row);
-        (body.step_force, body.step_torque) = (Vec3::ZERO, Vec3::ZERO);
-        (body.w_rest, body.load, body.inertia_factor) = (Vec3::ZERO, 0.0, 1.0);
-        (body.still_time, body.room, body.fineness) = (0.0, 0.0, Fineness::Whole);
-        for i in 0..tables.bodies.at(row).shapes.len() {
-            let shape = tables.bodies.at(row).shapes[i];
+        (body.forces.step_force, body.forces.step_torque) = (Vec3::ZERO, Vec3::ZERO);
+        (body.history.w_rest, body.history.load, body.history.inertia_factor) =
+            (Vec3::ZERO, 0.0, 1.0);
+        (body.sleep.still_time, body.room, body.history.fineness) = (0.0, 0.0, Fineness::Whole);
+        for i in 0..tables.bodies.at(row).ties.shapes.len() {
+            let shape = tables.bodies.at(row).ties.shapes[i];
             tables.bounds.remove(shape, &tables.shapes);
         }
     }
@@ -70,7 +71,7 @@ impl World {
     /// Brings back a body that was put aside and got a pose or a velocity.
     pub(super) fn bring_back(&mut self, row: u32) {
         let body = self.tables.bodies.at_mut(row);
-        if core::mem::replace(&mut body.faulted, false) && !body.disabled {
+        if core::mem::replace(&mut body.record.faulted, false) && !body.record.disabled {
             self.put_in(row);
         }
     }
@@ -78,10 +79,10 @@ impl World {
     /// Puts a body that was out back into the world, with its shapes and joints.
     pub(super) fn put_in(&mut self, row: u32) {
         self.tables.bodies.at_mut(row).out = false;
-        for i in 0..self.tables.bodies.at(row).shapes.len() {
-            self.enter_bounds(self.tables.bodies.at(row).shapes[i]);
+        for i in 0..self.tables.bodies.at(row).ties.shapes.len() {
+            self.enter_bounds(self.tables.bodies.at(row).ties.shapes[i]);
         }
-        let others: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
+        let others: Vec<u32> = self.tables.bodies.at(row).ties.joints.to_vec();
         for joint in others {
             self.enter_joint(joint);
         }

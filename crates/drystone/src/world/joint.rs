@@ -73,7 +73,7 @@ impl<'w> JointRef<'w> {
     /// Its anchors [m, each in the frame of its body's origin]; meaningless for a coupling.
     #[must_use]
     pub fn local_anchors(&self) -> [Vec3; 2] {
-        let center = |row: u32| self.tables.bodies.at(row).local_center;
+        let center = |row: u32| self.tables.bodies.at(row).inertia.local_center;
         let joint = self.joint;
         [joint.anchor_a + center(joint.body_a), joint.anchor_b + center(joint.body_b)]
     }

@@ -94,7 +94,7 @@ impl ParticleRef<'_> {
     pub fn attachment(&self) -> Option<(BodyId, Vec3)> {
         let held = self.held()?;
         let body = self.tables.bodies.at(held.body);
-        Some((self.tables.bodies.id(held.body), held.anchor + body.local_center))
+        Some((self.tables.bodies.id(held.body), held.anchor + body.inertia.local_center))
     }
 
     /// Force of its attachment on the particle in the last substep [N, world]; the body gets the
@@ -208,7 +208,7 @@ impl ParticleMut<'_> {
             ));
         };
         let line = self.line;
-        let anchor = point - self.world.tables.bodies.at(row).local_center;
+        let anchor = point - self.world.tables.bodies.at(row).inertia.local_center;
         let particles = &mut self.world.tables.particles;
         particles.wake(line);
         particles.attach(Attachment { line, body: row, anchor, impulse: Vec3::ZERO });

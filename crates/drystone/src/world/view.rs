@@ -241,7 +241,7 @@ pub(super) fn counts(tables: &Tables) -> WorldCounts {
             BodyKind::Kinematic => counts.kinematic += 1,
             BodyKind::Dynamic => {
                 counts.dynamic += 1;
-                counts.asleep += usize::from(body.sleeps() && !body.disabled);
+                counts.asleep += usize::from(body.sleeps() && !body.record.disabled);
             }
         }
     }

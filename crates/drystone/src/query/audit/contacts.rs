@@ -3,7 +3,7 @@
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::{Vec3, bounded};
 use crate::base::quat::Quat;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Point};
 use crate::state::tables::Tables;
 
@@ -198,7 +198,7 @@ fn pair_of(tables: &Tables, c: &Contact) -> ContactPair {
 }
 
 fn lighter_mass(a: &Body, b: &Body) -> f32 {
-    let mass = |body: &Body| if body.is_dynamic() { body.mass } else { f32::INFINITY };
+    let mass = |body: &Body| if body.is_dynamic() { body.inertia.mass } else { f32::INFINITY };
     mass(a).min(mass(b))
 }
 

@@ -6,7 +6,8 @@ use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::query::particles::particle_sums;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
@@ -48,14 +49,14 @@ impl Energy {
         let mut sum = Self::default();
         let gravity = DVec3::from(tables.config.gravity);
         for body in dynamic(tables) {
-            let (mass, v) = (f64::from(body.mass), DVec3::from(body.v));
-            let scale = f64::from(body.gravity_scale);
+            let (mass, v) = (f64::from(body.inertia.mass), DVec3::from(body.v));
+            let scale = f64::from(body.forces.gravity_scale);
             sum.potential -= mass * scale * gravity.dot(DVec3::from(body.center));
             // Most bodies of a large world are at rest.
             if body.v != Vec3::ZERO || body.w != Vec3::ZERO {
                 sum.linear += 0.5 * mass * v.dot(v);
-                let turn = (body.rotation * body.principal).unrotate(body.w);
-                let (turn, moments) = (DVec3::from(turn), DVec3::from(body.moments));
+                let turn = (body.rotation * body.inertia.principal).unrotate(body.w);
+                let (turn, moments) = (DVec3::from(turn), DVec3::from(body.inertia.moments));
                 let DVec3 { x, y, z } = turn;
                 sum.angular += 0.5 * DVec3 { x: x * x, y: y * y, z: z * z }.dot(moments);
             }
@@ -96,7 +97,7 @@ impl Momentum {
         let (mut mass, mut first) = (0.0, DVec3::ZERO);
         let (mut linear, mut origin) = (DVec3::ZERO, DVec3::ZERO);
         for body in dynamic(tables) {
-            let (m, c) = (f64::from(body.mass), DVec3::from(body.center));
+            let (m, c) = (f64::from(body.inertia.mass), DVec3::from(body.center));
             let p = DVec3::from(body.v) * m;
             mass += m;
             first = first + c * m;
@@ -116,7 +117,7 @@ impl Momentum {
         let mut own = DVec3::ZERO;
         for body in dynamic(tables) {
             let arm = DVec3::from(body.center) - center;
-            own = own + arm.cross(DVec3::from(body.v) * f64::from(body.mass)) + spin(body);
+            own = own + arm.cross(DVec3::from(body.v) * f64::from(body.inertia.mass)) + spin(body);
         }
         for (m, c, v) in particles(tables) {
             own = own + (c - center).cross(v * m);
@@ -135,7 +136,7 @@ impl Momentum {
 /// many static bodies to walk over.
 fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
     let all = tables.islands.rows.iter().flat_map(|island| island.bodies(&tables.bodies));
-    all.filter(|body| !body.disabled)
+    all.filter(|body| !body.record.disabled)
 }
 
 /// Mass [kg], position [m] and velocity [m/s] of the particles that are not pinned.
@@ -151,8 +152,8 @@ fn particles(tables: &Tables) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
 
 /// Angular momentum I ω [kg m²/s, world].
 fn spin(body: &Body) -> DVec3 {
-    let axes = body.rotation * body.principal;
-    DVec3::from(axes.rotate(axes.unrotate(body.w).mul_each(body.moments)))
+    let axes = body.rotation * body.inertia.principal;
+    DVec3::from(axes.rotate(axes.unrotate(body.w).mul_each(body.inertia.moments)))
 }
 
 /// ½ k x² of a joint's spring [J]. A frequency gives its stiffness: k = (2πf)² over the current
@@ -181,14 +182,14 @@ fn response(body: &Body, r: Vec3, n: Vec3) -> f32 {
         return 0.0;
     }
     let lever = r.cross(n);
-    1.0 / body.mass + lever.dot(inverse_inertia(body).mul(lever))
+    1.0 / body.inertia.mass + lever.dot(inverse_inertia(body).mul(lever))
 }
 
 /// I⁻¹ over the unlocked rotation axes [1/(kg m²), world].
 pub(super) fn inverse_inertia(body: &Body) -> Sym3 {
-    let axes = body.rotation * body.principal;
-    let [x, y, z] = body.locks.angular;
-    let m = body.moments;
+    let axes = body.rotation * body.inertia.principal;
+    let [x, y, z] = body.inertia.locks.angular;
+    let m = body.inertia.moments;
     if !(x || y || z) || m.min_element() <= 0.0 {
         let each = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
         return Sym3::rotated_diagonal(axes, Vec3 { x: each(m.x), y: each(m.y), z: each(m.z) });

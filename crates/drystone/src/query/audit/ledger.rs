@@ -8,7 +8,7 @@ use super::energy::Energy;
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::Contact;
 use crate::state::def::BodyKind;
 use crate::state::joints::{Joint, Link};
@@ -107,7 +107,10 @@ impl Books {
         self.pushed.clear();
         for row in &tables.bodies.awake {
             let body = tables.bodies.at(*row);
-            let (force, torque) = (body.force + body.step_force, body.torque + body.step_torque);
+            let (force, torque) = (
+                body.forces.force + body.forces.step_force,
+                body.forces.torque + body.forces.step_torque,
+            );
             if body.is_dynamic() && (force != Vec3::ZERO || torque != Vec3::ZERO) {
                 let (center, rotation) = (body.center, body.rotation);
                 self.pushed.push(Pushed { row: *row, force, torque, center, rotation });
@@ -165,7 +168,7 @@ fn work_of(row: u32, tables: &Tables) -> f64 {
             work += through_contact(body, c, side);
         }
     }
-    for joint in &body.joints {
+    for joint in &body.ties.joints {
         let joint = tables.joints.at(*joint);
         if joint.place.is_somewhere() {
             work += through_joint(body, joint, row, tables);

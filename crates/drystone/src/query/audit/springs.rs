@@ -3,7 +3,8 @@
 use super::energy::inverse_inertia;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 use crate::state::def::sixdof::{JointMotion, JointSpring};
 use crate::state::joints::Joint;
 use crate::state::six::Six;
@@ -67,7 +68,7 @@ impl Rows {
                 return [Vec3::ZERO; 2];
             }
             let inverse: Sym3 = inverse_inertia(body);
-            [n * (1.0 / body.mass), inverse.mul(moment)]
+            [n * (1.0 / body.inertia.mass), inverse.mul(moment)]
         };
         let [p, q] = moments;
         let ([v, w], [x, y]) = (respond(bodies[0], n, p), respond(bodies[1], n, q));

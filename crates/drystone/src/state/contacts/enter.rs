@@ -9,7 +9,8 @@ use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each, for_ranges, grain};
 use crate::base::threads::shared::Shared;
 use crate::geometry::collide::MAX_PARTS;
-use crate::state::bodies::{Bodies, Body, NONE, Track};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE, Track};
 
 /// Prefetch distance, in contacts.
 const PREFETCH: usize = 4;
@@ -154,7 +155,7 @@ fn link(
         }
         if let Some(soon) = new.get(k + PREFETCH) {
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
-                let first = bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
+                let first = bodies.read(body as usize).as_ref().map_or(NONE, |b| b.ties.contacts);
                 table.prefetch_line(first as usize / 2, Contact::LISTS_LINE);
             }
         }
@@ -165,7 +166,7 @@ fn link(
             let Some(body) = bodies.row(body as usize) else { continue };
             for row in n.rows() {
                 let me = row * 2 + side;
-                let next = core::mem::replace(&mut body.contacts, me);
+                let next = core::mem::replace(&mut body.ties.contacts, me);
                 if let Some(link) = links.at(me) {
                     link.next.set(next);
                 }
@@ -224,8 +225,8 @@ mod tests {
         let mut all = vec![free.to_vec(), watched.collect(), parts.collect()];
         for (_, body) in tables.bodies.rows.iter() {
             let list = contacts.of_body(body).flat_map(|(row, side)| [row, side]);
-            let island = [body.island, body.island_next, body.constraints];
-            all.push(list.chain(island).chain([body.still_time.to_bits()]).collect());
+            let island = [body.sleep.island, body.sleep.next, body.ties.constraints];
+            all.push(list.chain(island).chain([body.sleep.still_time.to_bits()]).collect());
         }
         all
     }

@@ -7,7 +7,8 @@ use super::{Contact, Contacts, Table, Watched};
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, side_by_side};
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 
 /// Prefetch distance, in contacts.
 const PREFETCH: usize = 4;
@@ -108,7 +109,7 @@ fn unlink(
                 let (previous, next) = (me.previous.get(), me.next.get());
                 match links.at(previous) {
                     Some(link) => link.next.set(next),
-                    None => body.contacts = next,
+                    None => body.ties.contacts = next,
                 }
                 if let Some(link) = links.at(next) {
                     link.previous.set(previous);

@@ -3,7 +3,8 @@
 use super::{Link, Table};
 use crate::base::threads::disjoint::Rows;
 use crate::base::threads::jobs::Jobs;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::Body;
 
 /// Minimum number of list changes per owner.
 const LEAST: usize = 64;
@@ -39,7 +40,7 @@ pub(super) fn ask_for_heads(
     of: [u32; 2],
     owns: impl Fn(u32) -> bool,
 ) {
-    const HEAD: usize = core::mem::offset_of!(Body, contacts) / 64;
+    const HEAD: usize = core::mem::offset_of!(Body, ties.contacts) / 64;
     for body in of.into_iter().filter(|body| owns(*body)) {
         // The first line tells whether a row is empty.
         bodies.prefetch_line(body as usize, 0);

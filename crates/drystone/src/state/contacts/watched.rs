@@ -7,7 +7,8 @@ use super::{Contact, Table};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::simd::wide::prefetch;
-use crate::state::bodies::{Body, Track};
+use crate::state::bodies::Track;
+use crate::state::bodies::body::Body;
 
 /// Decides whether a pair may be near enough to test, from the possible motion of its bodies. It is
 /// small and contiguous: in a heap most pairs can be skipped in most steps, and their watches are

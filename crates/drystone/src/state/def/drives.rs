@@ -3,13 +3,14 @@
 use super::BodyKind;
 use super::sixdof::{JointDrive, JointMotion};
 use crate::base::math::Vec3;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
+use crate::state::bodies::stillness::{rounding, size};
 use crate::state::contacts::{Contact, Contacts, Point, Traits};
 use crate::state::coupling::coordinate;
 use crate::state::joints::{Joint, Joints, Link};
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::state::six::Six;
-use crate::state::stillness::{rounding, size};
 
 /// Displacement between two marks below which a sprung body counts as at rest, as a fraction of its
 /// size. It may be this far from its target.
@@ -79,7 +80,7 @@ impl Drives<'_> {
                 return Some(Driver::Belt(other));
             }
         }
-        for &joint_row in &body.joints {
+        for &joint_row in &body.ties.joints {
             let joint = self.joints.at(joint_row);
             if !joint.is_on() {
                 continue;

@@ -5,7 +5,8 @@
 use super::Sets;
 use crate::base::threads::disjoint::Apart;
 use crate::base::threads::jobs::{Jobs, side_by_side};
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
@@ -96,12 +97,12 @@ impl Turn {
             for body in self.bodies {
                 let body = bodies.at_mut(body);
                 if !body.out && body.kind != BodyKind::Static {
-                    body.still_time = 0.0;
+                    body.sleep.still_time = 0.0;
                 }
             }
         }
         for body in self.dynamic() {
-            let constraints = &mut bodies.at_mut(*body).constraints;
+            let constraints = &mut bodies.at_mut(*body).ties.constraints;
             match self.what {
                 Move::Stays | Move::Changes => {}
                 Move::Enters | Move::Rouses => *constraints += 1,
@@ -228,8 +229,8 @@ fn tie_all<'t>(
     islands: &mut Islands,
     bodies: &mut Bodies,
 ) {
-    const COUNTS: usize = core::mem::offset_of!(Body, constraints) / 64;
-    const STILL: usize = core::mem::offset_of!(Body, still_time) / 64;
+    const COUNTS: usize = core::mem::offset_of!(Body, ties.constraints) / 64;
+    const STILL: usize = core::mem::offset_of!(Body, sleep.still_time) / 64;
     let mut soon = turns.clone().skip(PREFETCH);
     for turn in turns {
         if let Some(soon) = soon.next() {

@@ -46,6 +46,7 @@ pub(crate) fn find_colors(tables: &mut Tables) -> Check {
         contact.place = place;
         colors.special += usize::from(contact.is_special(bodies));
     }
-    let all = bodies.rows.iter().all(|(id, b)| constraints[id.index() as usize] == b.constraints);
+    let all =
+        bodies.rows.iter().all(|(id, b)| constraints[id.index() as usize] == b.ties.constraints);
     holds(all, "a body does not know what acts on it")
 }

@@ -118,7 +118,7 @@ fn is_surface(c: &Contact, of: &PairSurface) -> bool {
 fn check_lists(contacts: &Contacts, bodies: &Bodies, living: usize) -> Check {
     let mut listed = 0;
     for (id, body) in bodies.rows.iter() {
-        let (mut at, mut previous) = (body.contacts, NONE);
+        let (mut at, mut previous) = (body.ties.contacts, NONE);
         while at != NONE {
             let Some(c) = contacts.get(at / 2) else {
                 return Err("a body names a contact that is gone");

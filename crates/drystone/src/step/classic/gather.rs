@@ -2,7 +2,7 @@
 
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts, Traits};
 use crate::state::def::method::Settings;
@@ -112,10 +112,10 @@ fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
     let column = |axis: Vec3| root.mul(root.mul(axis));
     let (x, y, z) = (column(Vec3::X), column(Vec3::Y), column(Vec3::Z));
     let inv_inertia = Sym3 { xx: x.x, yy: y.y, zz: z.z, xy: y.x, xz: z.x, yz: z.y };
-    let mut inv_mass = Vec3::splat(1.0 / body.mass);
+    let mut inv_mass = Vec3::splat(1.0 / body.inertia.mass);
     let mut add_v = integrate::acceleration(ctx, body) * ctx.h;
     for i in 0..3 {
-        if body.locks.linear[i] {
+        if body.inertia.locks.linear[i] {
             (inv_mass[i], add_v[i]) = (0.0, 0.0);
         }
     }
@@ -130,9 +130,9 @@ fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
         inv_mass,
         inv_inertia,
         add_v,
-        add_w: inv_inertia.mul(body.torque + body.step_torque) * ctx.h + spin,
-        decay_v: left(body.linear_damping),
-        decay_w: left(body.angular_damping),
+        add_w: inv_inertia.mul(body.forces.torque + body.forces.step_torque) * ctx.h + spin,
+        decay_v: left(body.forces.linear_damping),
+        decay_w: left(body.forces.angular_damping),
         ..still
     }
 }

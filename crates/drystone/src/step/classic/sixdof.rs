@@ -3,7 +3,7 @@
 
 use super::rows::Mover;
 use crate::base::math::Vec3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::def::sixdof::{JointAxis, JointMotion, JointSpring};
 use crate::state::six::Six;
 use crate::step::context::caps::Caps;

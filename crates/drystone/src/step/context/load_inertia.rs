@@ -1,6 +1,6 @@
 //! The rule by which a body's inertia grows with its load.
 
-use crate::state::bodies::{Body, Fineness};
+use crate::state::bodies::body::{Body, Fineness};
 
 /// Bodies that turn faster than this get their own inertia back [rad/s], so toppling takes its real
 /// time. Bodies larger than this [m] (half the diagonal of a cube of 1 m) topple slower, as the
@@ -63,8 +63,8 @@ impl LoadInertia {
     /// limit a stack near it would never rest: contacts become four times as stiff, so the stack
     /// hops, is not loaded, and goes back.)
     pub(crate) fn wants_refining(&self, body: &Body) -> bool {
-        body.inertia_factor
-            >= self.most * if body.fineness == Fineness::Loaded { 0.2 } else { 0.75 }
+        body.history.inertia_factor
+            >= self.most * if body.history.fineness == Fineness::Loaded { 0.2 } else { 0.75 }
     }
 
     /// The factor for a load of `raw` thresholds: linear up to `most`, constant up to [`BEYOND`]
@@ -82,18 +82,18 @@ impl LoadInertia {
     /// The factor of a body that has rested under its load: the value to which the factor of a peak
     /// falls.
     pub(crate) fn at_rest(&self, body: &Body) -> f32 {
-        let wanted = self.at_load(body.load / (body.mass * self.threshold));
+        let wanted = self.at_load(body.history.load / (body.inertia.mass * self.threshold));
         if wanted > 1.0 { wanted / (1.0 - HYSTERESIS) } else { 1.0 }
     }
 
     /// The body's factor in this step.
     pub(crate) fn factor(&self, body: &Body) -> f32 {
-        let s = body.inertia_factor;
+        let s = body.history.inertia_factor;
         // Most bodies have neither a factor nor a load that requires one.
-        if s <= 1.0 && body.load <= body.mass * self.threshold {
+        if s <= 1.0 && body.history.load <= body.inertia.mass * self.threshold {
             return 1.0;
         }
-        let raw = body.load / (body.mass * self.threshold);
+        let raw = body.history.load / (body.inertia.mass * self.threshold);
         let size = (body.extent * (1.0 / (SIZE * self.length))).max(1.0);
         let turning = body.w.length_squared() * (size / (TURNING * TURNING));
         let wanted = 1.0 + (self.at_load(raw) - 1.0) / (1.0 + turning);

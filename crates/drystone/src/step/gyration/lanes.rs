@@ -10,7 +10,7 @@ use crate::base::simd::double_wide::{
     DLanes, DMask, DQuatw, DVec3w, DWide, load, select, splat, widened,
 };
 use crate::base::simd::wide::LANES;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::step::context::StepContext;
 
 /// Angular velocities of up to eight bodies after a free rotation [rad/s]; 0 for empty slots.
@@ -96,7 +96,7 @@ impl Ends {
         body.rotation = Quat::new(x[lane], y[lane], z[lane], w[lane]);
         let exact = self.w(lane);
         body.w = exact.single();
-        body.w_rest = (exact - DVec3::from(body.w)).single();
+        body.history.w_rest = (exact - DVec3::from(body.w)).single();
     }
 }
 

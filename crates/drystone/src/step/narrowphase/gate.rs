@@ -6,7 +6,7 @@ use crate::base::id::{BodyId, ShapeId};
 use crate::base::pose::Pose;
 use crate::base::threads::disjoint::Rows;
 use crate::geometry::manifold::Manifold;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Softened};
 use crate::state::shapes::{PairSurface, ShapeRow};
 use crate::step::context::StepContext;

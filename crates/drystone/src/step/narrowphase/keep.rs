@@ -4,7 +4,8 @@
 use super::settling::{answer, settle};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Point, Probe, Slots};
 use crate::step::context::StepContext;
 
@@ -70,7 +71,7 @@ pub(crate) fn note_landing(contact: &mut Contact, [[v_a, w_a], [v_b, w_b]]: [[Ve
 /// carried the load became an error and was pushed out, and a stack at rest hopped by its own
 /// height. So separations are set as if the contact had been compressed with this step's stiffness.
 pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &Body) {
-    let last_h = if a.is_dynamic() { a.last_h } else { b.last_h };
+    let last_h = if a.is_dynamic() { a.history.last_h } else { b.history.last_h };
     settle(ctx, contact, [a, b]);
     let more = ctx.gave_more(last_h);
     if more == 0.0 || contact.sensor {

@@ -16,7 +16,7 @@ use crate::geometry::approach::{Course, Sliding, meet};
 use crate::geometry::collide::collide;
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::solid::{Core, Solid};
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::step::context::StepContext;
 
 /// A normal stays if its turning displaces the surface by no more than this part of the radius

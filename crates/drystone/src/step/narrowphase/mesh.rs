@@ -16,7 +16,8 @@ use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, ReadSlots, Slots, Softened};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
@@ -315,7 +316,7 @@ mod tests {
     use crate::geometry::mesh::Mesh;
     use crate::geometry::shape::Shape;
     use crate::geometry::solid::Core;
-    use crate::state::bodies::Body;
+    use crate::state::bodies::body::Body;
     use crate::state::contacts::Probe;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::narrowphase::motion::{Motions, Pairs};

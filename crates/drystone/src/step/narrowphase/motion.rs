@@ -8,7 +8,7 @@ use super::waits::{Rows, columns, with};
 use crate::base::math::{Vec3, vec3};
 use crate::base::simd::wide::{Lanes, Vec3w, Wide, max, splat, sqrt};
 use crate::base::simd::wide_quat::Quatw;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::Probe;
 use crate::state::shapes::ShapeRow;
 

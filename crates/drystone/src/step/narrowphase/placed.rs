@@ -15,7 +15,8 @@
 use super::change::Change;
 use super::settling::{is_still, settle_at_once};
 use crate::base::math::Vec3;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Contacts};
 use crate::step::context::{GIVES, StepContext};
 
@@ -151,8 +152,8 @@ pub(super) fn tell_loads(
         // Loaded bodies get their inertia factor now, and contacts yield less under it.
         for of in stands.iter().filter(|of| of.is_grounded) {
             let body = bodies.at_mut(of.row);
-            body.load = of.load;
-            body.inertia_factor = ctx.inertia.at_rest(body);
+            body.history.load = of.load;
+            body.history.inertia_factor = ctx.inertia.at_rest(body);
         }
     }
     refine(ctx, bodies, bears, stands, order);
@@ -198,7 +199,7 @@ fn share(
 
 /// Weight of a body [N].
 fn weight(ctx: &StepContext, body: &Body) -> f32 {
-    body.mass * body.gravity_scale.max(0.0) * ctx.gravity.length()
+    body.inertia.mass * body.forces.gravity_scale.max(0.0) * ctx.gravity.length()
 }
 
 /// Index of a body in the list.
@@ -287,8 +288,9 @@ impl Put<'_> {
     /// Collects the supports of a body, unless it is supported already.
     fn supports(&self, row: u32, bears: &mut Vec<Bears>) {
         let body = self.bodies.at(row);
-        let hangs = (0..3).any(|i| body.locks.linear[i] && self.up[i].abs() > 1.0e-3);
-        let is_held = !body.is_dynamic() || !body.joints.is_empty() || body.dragged || hangs;
+        let hangs = (0..3).any(|i| body.inertia.locks.linear[i] && self.up[i].abs() > 1.0e-3);
+        let is_held =
+            !body.is_dynamic() || !body.ties.joints.is_empty() || body.record.dragged || hangs;
         if is_held || self.is_borne(row) {
             return;
         }
@@ -298,7 +300,7 @@ impl Put<'_> {
             let below = self.bodies.at(lower);
             if upper == row
                 && self.may_bear(c, upper)
-                && (!below.is_dynamic() || below.joints.is_empty())
+                && (!below.is_dynamic() || below.ties.joints.is_empty())
             {
                 let is_firm = !below.is_dynamic() || self.is_borne(lower);
                 bears.push(Bears { upper, contact, lower, load: 0.0, is_firm });

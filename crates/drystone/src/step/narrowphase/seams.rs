@@ -23,7 +23,8 @@ use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::geometry::collide::convex::Convex;
 use crate::geometry::manifold::BORDER;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
@@ -133,7 +134,7 @@ fn is_at_border(contact: &Contact) -> bool {
 /// True if the shape of `under` may have a neighbor that carries `body` too, at rest or not.
 #[inline]
 fn is_ground(under: &Body, body: &Body) -> bool {
-    body.is_dynamic() && (!under.is_dynamic() || under.shapes.len() > 1)
+    body.is_dynamic() && (!under.is_dynamic() || under.ties.shapes.len() > 1)
 }
 
 /// True if two dynamic bodies move against each other.

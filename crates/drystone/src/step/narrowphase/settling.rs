@@ -7,7 +7,7 @@
 //! until the depth is within the limit for the thickness. See docs/decisions/040-thin-stacks.md.
 
 use crate::base::math::Vec3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Point, Traits};
 use crate::step::context::softness::Softness;
 use crate::step::context::{GIVES, StepContext};
@@ -18,7 +18,7 @@ pub(crate) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {
         return 0.0;
     }
     let arm = r.cross(n);
-    (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
+    (1.0 / body.inertia.mass + arm.dot(body.turn_by(arm))) / body.history.inertia_factor.max(1.0)
 }
 
 /// Time in which the excess depth falls to a third, for each weight of the bodies that the contact
@@ -51,7 +51,7 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     let [a, b] = bodies;
     let most = ctx.most_give(bodies);
     let soft = spring(ctx, bodies);
-    let inverse = |body: &Body| if body.is_dynamic() { 1.0 / body.mass } else { 0.0 };
+    let inverse = |body: &Body| if body.is_dynamic() { 1.0 / body.inertia.mass } else { 0.0 };
     let load = contact.points().iter().map(|p| p.impulse).fold(0.0, f32::max);
     let speed = load * (inverse(a) + inverse(b)) * LEVER;
     let is_thick = ctx.rest_offset <= most && !(speed * soft.impulse > most * soft.rate);

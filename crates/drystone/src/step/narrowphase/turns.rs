@@ -4,7 +4,8 @@
 use super::change::Change;
 use crate::base::math::Vec3;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Point, Traits};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
@@ -56,10 +57,10 @@ pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) ->
     if contact.sensor || contact.restitution > 0.0 {
         return false;
     }
-    if [a, b].iter().any(|body| !body.joints.is_empty()) {
+    if [a, b].iter().any(|body| !body.ties.joints.is_empty()) {
         return false;
     }
-    let is_alone = |body: &Body| body.island_previous == NONE && body.island_next == NONE;
+    let is_alone = |body: &Body| body.sleep.previous == NONE && body.sleep.next == NONE;
     match [a.is_dynamic(), b.is_dynamic()] {
         [true, true] => {}
         [true, false] if !is_alone(a) => {}

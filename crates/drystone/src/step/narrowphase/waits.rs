@@ -12,7 +12,8 @@ use crate::base::simd::wide::{
     LANES, Lanes, Mask, Vec3w, Wide, above, bits, gather_rows, load, max, min, select, splat, sqrt,
 };
 use crate::base::simd::wide_quat::Quatw;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Probe, Watch};
 use crate::step::context::StepContext;
 
@@ -239,7 +240,8 @@ mod tests {
     use crate::base::threads::jobs::Jobs;
     use crate::geometry::collide::collide;
     use crate::geometry::manifold::PairCache;
-    use crate::state::bodies::{Body, Track};
+    use crate::state::bodies::Track;
+    use crate::state::bodies::body::Body;
     use crate::state::contacts::{Lent, Probe};
     use crate::state::def::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};

@@ -45,7 +45,7 @@ impl Scratch {
         self.pace.dragged.clear();
         for row in &from.pace.dragged {
             if let Some(body) = bodies.rows.at_mut(*row) {
-                body.dragged = false;
+                body.record.dragged = false;
             }
         }
     }

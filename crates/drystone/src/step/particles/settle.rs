@@ -144,7 +144,7 @@ fn keep_awake(
         let is_carried = || carried.binary_search(&particle.strand).is_ok();
         if moves(particle) && (particle.still_time < rest.time || is_carried()) {
             let body = bodies.at_mut(body);
-            body.still_time = if body.is_dynamic() { 0.0 } else { body.still_time };
+            body.sleep.still_time = if body.is_dynamic() { 0.0 } else { body.sleep.still_time };
         }
     }
 }

@@ -9,7 +9,8 @@
 //! joints do not freeze: they sleep by islands, like all others.
 
 use crate::base::math::Vec3;
-use crate::state::bodies::{Body, Load};
+use crate::state::bodies::Load;
+use crate::state::bodies::body::Body;
 use crate::state::def::config::SleepConfig;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
@@ -53,11 +54,11 @@ pub(crate) fn rest_speed(ctx: &StepContext, least: f32) -> f32 {
 /// True if the body is at rest by its energy; `speed` is the world's, and a lower bound of the
 /// limit.
 pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
-    let w = (body.rotation * body.principal).unrotate(body.w);
-    let m = body.moments;
+    let w = (body.rotation * body.inertia.principal).unrotate(body.w);
+    let m = body.inertia.moments;
     let turning = w.x * w.x * m.x + w.y * w.y * m.y + w.z * w.z * m.z;
     let most = rest_speed(ctx, body.still_speed(speed));
-    body.v.length_squared() + turning / body.mass < most * most
+    body.v.length_squared() + turning / body.inertia.mass < most * most
 }
 
 /// Force and torque of the contacts on a body in the last step.
@@ -96,7 +97,7 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
             let body = sets.bodies.at(row);
             if !body.active() && body.is_dynamic() && !body.out {
                 let other = sets.bodies.at(other);
-                s.touched.push((row, !other.is_dynamic() || other.still_time < settled));
+                s.touched.push((row, !other.is_dynamic() || other.sleep.still_time < settled));
             }
         }
     }
@@ -115,9 +116,9 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
         // neighbors at rest too, cubes of a pile woke each other for 20 s.
         let lost = moves && !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true);
         if changed || lost {
-            let before = sets.bodies.at(row).still_time;
+            let before = sets.bodies.at(row).sleep.still_time;
             sets.wake(row);
-            sets.bodies.at_mut(row).still_time = settled;
+            sets.bodies.at_mut(row).sleep.still_time = settled;
             sets.bodies.stillness[row as usize].go_back(before - settled);
         }
     }
@@ -126,7 +127,7 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
 /// Weight of a body [N]; without gravity, the force that would give it the sleep speed in a step.
 fn weight(ctx: &StepContext, config: &SleepConfig, body: &Body) -> f32 {
     let acceleration = integrate::acceleration(ctx, body).length();
-    body.mass * acceleration.max(body.still_speed(config.speed) / ctx.dt)
+    body.inertia.mass * acceleration.max(body.still_speed(config.speed) / ctx.dt)
 }
 
 /// Freezes bodies at rest.
@@ -144,8 +145,9 @@ pub(super) fn freeze(
     s.rows.clear();
     for row in &sets.bodies.awake {
         let body = sets.bodies.at(*row);
-        let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
-        let may = still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true);
+        let still = body.is_dynamic() && body.can_sleep && body.sleep.still_time >= config.time;
+        let may =
+            still && body.ties.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true);
         if may
             && super::drives::drives_of(sets, shapes, (spacing, ctx.length)).driver(*row).is_none()
         {
@@ -212,5 +214,5 @@ fn is_carried(
         let press: f32 = c.points().iter().map(|p| p.impulse).sum();
         up -= sign * (c.normal * press + c.tangent_impulse).dot(down);
     }
-    up >= part * body.mass * pull.length() * ctx.h
+    up >= part * body.inertia.mass * pull.length() * ctx.h
 }

@@ -29,7 +29,7 @@ use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{LANES, Lanes, at};
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
 use crate::state::def::method::Pass;
 use crate::step::context::caps::Caps;
 use crate::step::solver_body::three;
@@ -234,7 +234,7 @@ impl Solver<'_> {
     fn weigh_islands(&self, group: &Group, bounds: &mut [Bound]) {
         for i in self.bin_lines(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
-            if self.bodies.at(self.plan.members[i - 1]).dragged {
+            if self.bodies.at(self.plan.members[i - 1]).record.dragged {
                 bound.is_over = false;
                 continue;
             }
@@ -269,7 +269,7 @@ impl Solver<'_> {
             return Side::FIXED;
         }
         let i = line as usize;
-        let moments = self.bodies.at(self.plan.members[i - 1]).moments;
+        let moments = self.bodies.at(self.plan.members[i - 1]).inertia.moments;
         let turns = moments.max_element() > 0.0;
         let (line, whitening) = (self.body.lines.read(i), self.body.whitening.read(i));
         let (alpha, s) = (whitening.alpha(), whitening.s());

@@ -4,7 +4,7 @@ use super::lent::Solver;
 use super::pass::{PassStep, Progress};
 use super::totals_rows::When;
 use crate::base::threads::jobs::Jobs;
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
 use crate::state::def::method::Pass;
 
 impl Solver<'_> {

@@ -12,7 +12,7 @@ use super::body::state::BodyState;
 use super::lent::Solver;
 use super::plan::group::Group;
 use crate::base::threads::jobs::Jobs;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 
 impl Solver<'_> {
     /// Solves a group for the whole step, round by round.

@@ -269,7 +269,7 @@ impl Askers<'_> {
 
     /// True if a body of the contact can break or a shape reports forces.
     pub(crate) fn ask_for(&self, contact: &Contact) -> bool {
-        let breaks = |row: u32| self.bodies.at(row).breaks;
+        let breaks = |row: u32| self.bodies.at(row).record.breaks;
         let reports = |row: u32| self.shapes.at(row).reports.forces;
         self.breakage && (breaks(contact.body_a) || breaks(contact.body_b))
             || self.shapes.report_forces > 0

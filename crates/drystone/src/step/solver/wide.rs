@@ -31,7 +31,7 @@ use crate::step::solver_body::SolverBody;
 
 /// Runs the method's passes: plans groups of islands, allocates their rows, and lets a worker take
 /// each group through the step. There is one context for each
-/// [`Fineness`](crate::state::bodies::Fineness) of islands.
+/// [`Fineness`](crate::state::bodies::body::Fineness) of islands.
 pub(crate) fn solve(
     ctx: &StepContext,
     config: &WorldConfig,

@@ -9,7 +9,7 @@ use super::ways::Ways;
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
 use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
 use crate::state::def::BodyKind;
@@ -101,7 +101,7 @@ impl Around<'_> {
         for tree in [&self.bounds.moving, &self.bounds.fixed] {
             tree.query(&span.around, |other| {
                 if self.ways.may_pass(span.row, self.shapes.at(other).body) {
-                    for shape in &self.ways.bodies.at(span.row).shapes {
+                    for shape in &self.ways.bodies.at(span.row).ties.shapes {
                         self.add(*shape, other, out);
                     }
                 }
@@ -127,8 +127,8 @@ impl Around<'_> {
                 {
                     continue;
                 }
-                for shape in &self.ways.bodies.at(span.row).shapes {
-                    for other in &self.ways.bodies.at(other.row).shapes {
+                for shape in &self.ways.bodies.at(span.row).ties.shapes {
+                    for other in &self.ways.bodies.at(other.row).ties.shapes {
                         self.add(*shape, *other, out);
                     }
                 }

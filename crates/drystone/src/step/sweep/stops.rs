@@ -16,7 +16,8 @@ use crate::base::sparse::Sparse;
 use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::geometry::solid::{Core, Solid};
 use crate::geometry::toi::{Course, Mover, Pair};
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::Body;
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
 use crate::state::events::SensorEvent;
@@ -206,7 +207,7 @@ impl Steps<'_> {
         let (small, other) = if a_is_smaller { (a, b) } else { (b, a) };
         let (small, other) = (self.shapes.at(small), self.shapes.at(other));
         let body = self.ways.bodies.at(small.body);
-        if body.hollow {
+        if body.inertia.hollow {
             return None;
         }
         let core = Solid { core: Core::Point, radius: CORE * body.inner };
@@ -224,14 +225,14 @@ impl Steps<'_> {
         let bodies = rows.map(|row| self.ways.bodies.at(row));
         let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.ways.flight(rows[i]).is_some());
         // Moving a body with a joint would tear the joint open.
-        let free = [0, 1].map(|i| gives[i] && bodies[i].joints.is_empty());
+        let free = [0, 1].map(|i| gives[i] && bodies[i].ties.joints.is_empty());
         let alone = match (gives, free) {
             ([true, false], _) | ([true, true], [true, false]) => Some(0),
             ([false, true], _) | ([true, true], [false, true]) => Some(1),
             ([false, false], _) => Some(usize::from(!bodies[0].is_dynamic())),
             _ => None,
         };
-        let masses = bodies.map(|body| body.mass);
+        let masses = bodies.map(|body| body.inertia.mass);
         let light = alone.unwrap_or(usize::from(masses[1] <= masses[0]));
         let heavy = 1 - light;
         let ways = rows.map(|row| self.ways.way(row));

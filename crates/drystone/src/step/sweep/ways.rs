@@ -4,7 +4,8 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::sparse::Sparse;
 use crate::geometry::toi::Way;
-use crate::state::bodies::{Bodies, Body, Track};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, Track};
 use crate::state::bounds::Bounds;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
@@ -27,9 +28,9 @@ pub(crate) fn put(
     let moved = Track::at_least(most_moved(body, center, rotation) * ctx.per_track);
     let way = &mut bodies.tracks[row as usize].way;
     *way = way.wrapping_add(moved);
-    for i in 0..bodies.at(row).shapes.len() {
+    for i in 0..bodies.at(row).ties.shapes.len() {
         let body = bodies.at(row);
-        let shape = body.shapes[i];
+        let shape = body.ties.shapes[i];
         if !shapes.at(shape).enabled {
             continue;
         }

@@ -18,7 +18,7 @@ impl<'w> BodyMut<'w> {
     /// The resulting velocity is out of range.
     fn after_impulses(&mut self, linear: Vec3, angular: Vec3) -> Result<[Vec3; 2], DefError> {
         let body = self.body();
-        let v = body.v + linear * (1.0 / body.mass);
+        let v = body.v + linear * (1.0 / body.inertia.mass);
         // An impulse without a turning part leaves the bits of the angular velocity unchanged.
         let turns = angular != Vec3::ZERO;
         let w = if turns { body.w + body.turn_by(angular) } else { body.w };
@@ -81,7 +81,7 @@ impl<'w> BodyMut<'w> {
         torque: Vec3,
     ) -> Result<(), DefError> {
         let body = self.body();
-        let (linear, angular) = (force * (1.0 / body.mass), body.turn_by(torque));
+        let (linear, angular) = (force * (1.0 / body.inertia.mass), body.turn_by(torque));
         all_within("force over mass", linear, &limits::ACCELERATION)?;
         all_within("torque over moment of inertia", angular, &limits::ACCELERATION)
     }
@@ -122,10 +122,11 @@ impl<'w> BodyMut<'w> {
     fn add_step_forces(&mut self, force: Vec3, torque: Vec3) -> Result<(), DefError> {
         if self.pushable() {
             let body = self.body();
-            let (force, torque) = (body.step_force + force, body.step_torque + torque);
+            let (force, torque) =
+                (body.forces.step_force + force, body.forces.step_torque + torque);
             self.check_forces(force, torque)?;
             let body = self.body();
-            (body.step_force, body.step_torque) = (force, torque);
+            (body.forces.step_force, body.forces.step_torque) = (force, torque);
             self.wake();
         }
         Ok(())
@@ -140,7 +141,7 @@ impl<'w> BodyMut<'w> {
         finite_vec("force", force)?;
         if self.pushable() {
             self.check_forces(force, Vec3::ZERO)?;
-            self.body().force = force;
+            self.body().forces.force = force;
             self.wake();
         }
         Ok(())
@@ -155,7 +156,7 @@ impl<'w> BodyMut<'w> {
         finite_vec("torque", torque)?;
         if self.pushable() {
             self.check_forces(Vec3::ZERO, torque)?;
-            self.body().torque = torque;
+            self.body().forces.torque = torque;
             self.wake();
         }
         Ok(())

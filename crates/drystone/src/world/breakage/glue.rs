@@ -8,7 +8,7 @@ use crate::base::math::{Vec3, bounded};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::MassSource;
+use crate::state::bodies::body::MassSource;
 use crate::state::breakage::{GlueBond, Glued};
 use crate::state::def::{BondStrength, DefError, Glue};
 use crate::state::events::{BondBreak, FractureCause, FractureEvent};
@@ -73,7 +73,7 @@ impl World {
     /// Stores the bonds of a new body, whose shapes are in the order of its definition.
     pub(in crate::world) fn glue_body(&mut self, row: u32, glue: &Glue) {
         let tables = &mut self.tables;
-        let rows = &tables.bodies.at(row).shapes;
+        let rows = &tables.bodies.at(row).ties.shapes;
         let mut number = vec![usize::MAX; rows.len()];
         let mut glued = Glued::default();
         for (i, shape) in rows.iter().enumerate() {
@@ -99,7 +99,7 @@ impl World {
         rows.clear();
         let tables = &self.tables;
         let can_part =
-            |row: &&u32| tables.bodies.at(**row).active() && tables.bodies.at(**row).breaks;
+            |row: &&u32| tables.bodies.at(**row).active() && tables.bodies.at(**row).record.breaks;
         rows.extend(tables.breakage.glued.keys().filter(can_part));
         for row in &rows {
             // Taking the value instead of removing the entry keeps its memory.
@@ -201,7 +201,7 @@ impl World {
     fn glue_part(&mut self, row: u32, glued: &Glued, shapes: &[u32]) {
         // Most parts are single pieces.
         let is_glued = shapes.len() > 1;
-        self.tables.bodies.at_mut(row).breaks = is_glued;
+        self.tables.bodies.at_mut(row).record.breaks = is_glued;
         if is_glued {
             let mut own = glued.clone();
             own.retain(|shape| shapes.contains(&shape));
@@ -223,7 +223,7 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
         lumps.push(lump(&own, &s.local));
     }
     // If the mass of the body was given, each piece gets its share of it.
-    if let MassSource::Mass(mass) = body.mass_source {
+    if let MassSource::Mass(mass) = body.inertia.source {
         let scale = f64::from(mass) / total;
         for l in lumps.iter_mut() {
             l.mass *= scale;
@@ -233,7 +233,7 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
     let local = |v: Vec3| DVec3::from(body.rotation.unrotate(kept(v)));
     let mut push = |piece: usize, arm: Vec3, impulse: Vec3, turn: Vec3| {
         let l = &mut scratch.bonds.lumps[piece];
-        let (force, at) = (local(impulse), local(arm) + DVec3::from(body.local_center));
+        let (force, at) = (local(impulse), local(arm) + DVec3::from(body.inertia.local_center));
         l.force = l.force + force;
         l.torque = l.torque + (at - l.center).cross(force) + local(turn);
     };
@@ -245,10 +245,10 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
             push(piece, *arm, *impulse, Vec3::ZERO);
         }
     }
-    for joint in body.joints.iter().map(|j| tables.joints.at(*j)) {
+    for joint in body.ties.joints.iter().map(|j| tables.joints.at(*j)) {
         let (anchor, impulse, turn) = joint_load(tables, row, joint);
         let own = if joint.body_a == row { joint.anchor_a } else { joint.anchor_b };
-        let at = own + body.local_center;
+        let at = own + body.inertia.local_center;
         let all = glued.pieces.iter().copied();
         if let Some(shape) = nearest(tables, all, at)
             && let Some(piece) = glued.pieces.iter().position(|s| *s == shape)

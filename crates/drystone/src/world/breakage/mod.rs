@@ -92,7 +92,7 @@ fn add_blows(
     #[expect(clippy::cast_precision_loss, reason = "at most 4")]
     let even = 1.0 / count.max(1) as f32;
     for (side, body) in [c.body_a, c.body_b].into_iter().enumerate() {
-        if !bodies.at(body).breaks || bodies.at(body).out {
+        if !bodies.at(body).record.breaks || bodies.at(body).out {
             continue;
         }
         let (shape, other) = if side == 0 { (c.shape_a, c.body_b) } else { (c.shape_b, c.body_a) };

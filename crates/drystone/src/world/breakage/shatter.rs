@@ -11,7 +11,7 @@ use crate::base::random::Random;
 use crate::geometry::cells::HullPiece;
 use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::{Body, MassSource};
+use crate::state::bodies::body::{Body, MassSource};
 use crate::state::def::{BodyDef, DefError, Fracture, ShapeDef, position};
 use crate::state::events::{FractureCause, FractureEvent};
 use crate::state::shapes::ShapeRow;
@@ -45,7 +45,7 @@ impl BodyMut<'_> {
         let point = point.into();
         position("point", point)?;
         self.world.check_breakable(self.row)?;
-        if self.world.tables.bodies.at(self.row).disabled {
+        if self.world.tables.bodies.at(self.row).record.disabled {
             return Err(DefError::unsuitable("body", "disabled", "an enabled body"));
         }
         Ok(self.world.shatter(self.row, how, point).unwrap_or_default())
@@ -65,7 +65,7 @@ impl BodyMut<'_> {
         how.validate()?;
         self.world.check_breakable(self.row)?;
         self.world.tables.breakage.fractures.insert(self.row, how);
-        self.body().breaks = true;
+        self.body().record.breaks = true;
         Ok(())
     }
 }
@@ -104,13 +104,13 @@ impl World {
     pub(in crate::world) fn follow_breakage(&mut self, row: u32) {
         let Tables { breakage, bodies, .. } = &mut self.tables;
         let body = bodies.at_mut(row);
-        body.breaks = breakage.breaks(row) && body.is_dynamic();
+        body.record.breaks = breakage.breaks(row) && body.is_dynamic();
     }
 
     /// Refuses bodies that cannot break into pieces.
     fn check_breakable(&self, row: u32) -> Result<(), DefError> {
         let body = self.tables.bodies.at(row);
-        let exact = body.mass_source == MassSource::Exact;
+        let exact = body.inertia.source == MassSource::Exact;
         let one = self.solid_shape(row).is_some();
         if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
             let allowed =
@@ -123,7 +123,7 @@ impl World {
     /// The only solid shape of a body, as a hull, if it is a box or a hull.
     fn solid_shape(&self, row: u32) -> Option<(u32, Arc<Hull>)> {
         let shapes = &self.tables.shapes;
-        let all = self.tables.bodies.at(row).shapes.iter();
+        let all = self.tables.bodies.at(row).ties.shapes.iter();
         let mut solid = all.filter(|s| !shapes.at(**s).sensor);
         let (shape, none) = (*solid.next()?, solid.next());
         let hull = match &shapes.at(shape).shape {
@@ -170,8 +170,8 @@ impl World {
             // The definition was checked above.
             let Ok(id) = self.add_body(def) else { continue };
             let body = self.tables.bodies.at_mut(id.index());
-            body.is_piece = true;
-            body.breaks = again.is_some();
+            body.record.is_piece = true;
+            body.record.breaks = again.is_some();
             self.tables.breakage.pieces += 1;
             if let Some(again) = again {
                 self.tables.breakage.fractures.insert(id.index(), again);
@@ -186,7 +186,7 @@ impl World {
 
     /// Moves each joint of a body to the piece that is nearest to the joint's anchor.
     fn hang_joints(&mut self, row: u32, made: &[BodyId]) {
-        for joint in self.tables.bodies.at(row).joints.clone() {
+        for joint in self.tables.bodies.at(row).ties.joints.clone() {
             let tables = &self.tables;
             let j = tables.joints.at(joint);
             let old = tables.bodies.at(row);
@@ -196,7 +196,7 @@ impl World {
             for id in made {
                 let piece = tables.bodies.at(id.index());
                 let at = piece.pose().local_point(point);
-                let Some(shape) = piece.shapes.first() else { continue };
+                let Some(shape) = piece.ties.shapes.first() else { continue };
                 let bounds = tables.shapes.at(*shape).solid.aabb(&Pose::IDENTITY);
                 let away = (at - at.max(bounds.min).min(bounds.max)).length();
                 if best.is_none_or(|(least, _, _)| away < least) {
@@ -236,7 +236,7 @@ fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32)
     let arm = at.direction(piece.center) + (at.position - body.center);
     let shape = ShapeDef {
         // This density keeps the mass correct although rounding of corners changed the volume.
-        density: body.mass * part / piece.hull.volume(),
+        density: body.inertia.mass * part / piece.hull.volume(),
         material: s.material,
         filter: s.filter,
         surface_velocity: s.surface_velocity,
@@ -252,14 +252,14 @@ fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32)
         rotation: at.rotation.normalized(),
         linear_velocity: body.velocity_at(arm),
         angular_velocity: body.w,
-        gravity_scale: body.gravity_scale,
-        linear_damping: body.linear_damping,
-        angular_damping: body.angular_damping,
-        locks: body.locks,
+        gravity_scale: body.forces.gravity_scale,
+        linear_damping: body.forces.linear_damping,
+        angular_damping: body.forces.angular_damping,
+        locks: body.inertia.locks,
         can_sleep: body.can_sleep,
-        sleep_speed: (body.sleep_speed >= 0.0).then_some(body.sleep_speed),
+        sleep_speed: (body.sleep.speed >= 0.0).then_some(body.sleep.speed),
         shapes: vec![shape],
-        user_data: body.user_data,
+        user_data: body.record.user_data,
         ..BodyDef::default()
     }
 }
@@ -300,10 +300,10 @@ fn worst_blow(body: &Body, how: &Fracture, blows: &[Blow]) -> Option<Break> {
 
 /// Kinetic energy that an impulse at an arm gives to a free body at rest [J]: ½ p·(p/m) + ½ L·I⁻¹L.
 fn energy_of(body: &Body, arm: Vec3, impulse: Vec3) -> f32 {
-    let frame = body.rotation * body.principal;
+    let frame = body.rotation * body.inertia.principal;
     let turn = frame.unrotate(arm.cross(impulse));
     let part = |l: f32, i: f32| if i > 0.0 { l * l / i } else { 0.0 };
-    let m = body.moments;
+    let m = body.inertia.moments;
     let spin = part(turn.x, m.x) + part(turn.y, m.y) + part(turn.z, m.z);
-    0.5 * (impulse.length_squared() / body.mass + spin)
+    0.5 * (impulse.length_squared() / body.inertia.mass + spin)
 }

@@ -5,7 +5,8 @@ use super::glue::nearest;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::{Body, Few, Fineness, MassSource, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::{Body, History, Inertia, MassSource, Record, Sleep, Ties};
 use crate::state::joints::Link;
 use crate::state::tables::Tables;
 use crate::world::World;
@@ -20,11 +21,11 @@ impl World {
             self.end_contacts_of(row, Some(*shape));
         }
         let old = self.tables.bodies.at(row).clone();
-        let whole = mass_of(&self.tables, &old.shapes).mass;
+        let whole = mass_of(&self.tables, &old.ties.shapes).mass;
         let mut made = Vec::with_capacity(leaving.len());
         for shapes in leaving {
             let body = self.part_of(&old, shapes, whole);
-            let local_center = body.local_center;
+            let local_center = body.inertia.local_center;
             let tables = &mut self.tables;
             let new = tables.bodies.insert(body).index();
             for shape in shapes {
@@ -36,6 +37,7 @@ impl World {
             made.push(new);
         }
         let kept: Vec<u32> = old
+            .ties
             .shapes
             .iter()
             .copied()
@@ -58,45 +60,33 @@ impl World {
     /// `whole`: mass of all shapes.
     fn part_of(&self, old: &Body, shapes: &[u32], whole: f32) -> Body {
         let mut total = mass_of(&self.tables, shapes);
-        let mass_source = share(old.mass_source, total.mass, whole);
-        if let MassSource::Mass(mass) = mass_source {
+        let source = share(old.inertia.source, total.mass, whole);
+        if let MassSource::Mass(mass) = source {
             total = total.scaled_to(mass);
         }
-        let arm = old.rotation.rotate(total.center - old.local_center);
+        let arm = old.rotation.rotate(total.center - old.inertia.local_center);
         let (moments, principal) = principal_moments(&total);
         Body {
             center: old.center + arm,
             v: old.velocity_at(arm),
-            local_center: total.center,
-            mass: total.mass,
-            mass_source,
-            moments,
-            principal,
-            w_rest: Vec3::ZERO,
-            step_force: Vec3::ZERO,
-            step_torque: Vec3::ZERO,
-            force: Vec3::ZERO,
-            torque: Vec3::ZERO,
-            shapes: shapes.into(),
-            joints: Few::new(),
-            contacts: NONE,
-            constraints: 0,
-            awake_row: NONE,
+            inertia: Inertia {
+                local_center: total.center,
+                mass: total.mass,
+                moments,
+                principal,
+                source,
+                ..old.inertia
+            },
+            forces: old.forces.without_forces(),
+            room: 0.0,
+            ties: Ties { shapes: shapes.into(), ..Ties::none() },
             // Particles are still attached to the old body. The next step detects particles that
             // push the new ones.
-            dragged: false,
-            island: NONE,
-            island_previous: NONE,
-            island_next: NONE,
-            inertia_factor: 1.0,
-            fineness: Fineness::Whole,
-            load: 0.0,
-            last_h: 0.0,
-            still_time: 0.0,
-            room: 0.0,
-            level: NONE,
+            record: Record { dragged: false, breaks: false, ..old.record },
+            sleep: Sleep::begin(old.sleep.speed),
+            history: History::begin(NONE),
+            awake_row: NONE,
             flies: false,
-            breaks: false,
             ..old.clone()
         }
     }
@@ -104,13 +94,13 @@ impl World {
     /// Reduces the body to these shapes.
     fn shrink(&mut self, row: u32, old: &Body, kept: Vec<u32>, whole: f32) {
         let mut total = mass_of(&self.tables, &kept);
-        let mass_source = share(old.mass_source, total.mass, whole);
-        if let MassSource::Mass(mass) = mass_source {
+        let source = share(old.inertia.source, total.mass, whole);
+        if let MassSource::Mass(mass) = source {
             total = total.scaled_to(mass);
         }
         let body = self.tables.bodies.at_mut(row);
-        (body.shapes, body.mass_source) = (kept.into(), mass_source);
-        body.w_rest = Vec3::ZERO;
+        (body.ties.shapes, body.inertia.source) = (kept.into(), source);
+        body.history.w_rest = Vec3::ZERO;
         self.set_mass(row, &total);
         self.refresh_extent(row);
         self.refresh_bounds(row);
@@ -118,12 +108,12 @@ impl World {
 
     /// Moves each joint of the body to the part whose shapes are nearest to the joint's anchor.
     fn deal_joints(&mut self, row: u32, old: &Body, made: &[u32]) {
-        for joint in &old.joints {
+        for joint in &old.ties.joints {
             let j = self.tables.joints.at(*joint);
             // The anchors of the remaining part have already been moved to its new center.
             let own = if j.body_a == row { j.anchor_a } else { j.anchor_b };
-            let at = own + self.tables.bodies.at(row).local_center;
-            let all = old.shapes.iter().copied();
+            let at = own + self.tables.bodies.at(row).inertia.local_center;
+            let all = old.ties.shapes.iter().copied();
             if let Some(shape) = nearest(&self.tables, all, at) {
                 let to = self.tables.shapes.at(shape).body;
                 if made.contains(&to) {
@@ -144,9 +134,9 @@ impl World {
         self.sets().uncolor_joint(joint);
         let tables = &mut self.tables;
         tables.islands.cut(from, &tables.bodies);
-        tables.bodies.at_mut(from).joints.retain(|j| *j != joint);
-        tables.bodies.at_mut(to).joints.push(joint);
-        let anchor = anchor - tables.bodies.at(to).local_center;
+        tables.bodies.at_mut(from).ties.joints.retain(|j| *j != joint);
+        tables.bodies.at_mut(to).ties.joints.push(joint);
+        let anchor = anchor - tables.bodies.at(to).inertia.local_center;
         let j = tables.joints.at_mut(joint);
         if j.body_a == from {
             (j.body_a, j.anchor_a) = (to, anchor);

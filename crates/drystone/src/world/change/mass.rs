@@ -7,7 +7,8 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::solid::Solid;
-use crate::state::bodies::{Bodies, MassSource};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::MassSource;
 use crate::state::def::{BodyDef, BodyKind, DefError, MassDef, ShapeDef, all_within, within};
 use crate::state::tables::Tables;
 use crate::world::World;
@@ -102,7 +103,7 @@ pub(crate) fn check_energy(
 
 /// The mass definition of a body, whatever its current kind.
 pub(crate) fn mass_def(bodies: &Bodies, row: u32) -> MassDef {
-    match bodies.at(row).mass_source {
+    match bodies.at(row).inertia.source {
         MassSource::Shapes => MassDef::FromShapes,
         MassSource::Mass(mass) => MassDef::Mass(mass),
         MassSource::Exact => {
@@ -129,7 +130,7 @@ impl World {
 
     /// The mass properties of a mass definition with the current shapes of a body.
     pub(crate) fn mass_from(&self, row: u32, mass: MassDef) -> Result<MassProperties, DefError> {
-        let shapes = self.tables.bodies.at(row).shapes.iter();
+        let shapes = self.tables.bodies.at(row).ties.shapes.iter();
         let shapes = shapes.map(|s| self.tables.shapes.at(*s));
         let parts = self.parts(row);
         let reach = shapes.map(|s| s.solid.max_extent(Vec3::ZERO) + s.local.position.length());
@@ -140,7 +141,7 @@ impl World {
 
     /// The local poses and mass properties of the body's shapes that have a mass.
     fn parts(&self, row: u32) -> Vec<(Pose, MassProperties)> {
-        let shapes = self.tables.bodies.at(row).shapes.iter();
+        let shapes = self.tables.bodies.at(row).ties.shapes.iter();
         let solid = shapes.map(|s| self.tables.shapes.at(*s));
         solid
             .filter(|s| !s.sensor && s.density > 0.0)
@@ -152,7 +153,7 @@ impl World {
     /// depend on the shapes: the mass is exact, or no shape has a mass.
     pub(crate) fn mass_with(&self, row: u32, more: Option<&ShapeDef>) -> Option<MassProperties> {
         let body = self.tables.bodies.at(row);
-        if body.kind != BodyKind::Dynamic || body.mass_source == MassSource::Exact {
+        if body.kind != BodyKind::Dynamic || body.inertia.source == MassSource::Exact {
             return None;
         }
         let mut parts = self.parts(row);
@@ -164,7 +165,7 @@ impl World {
         if !(total.mass > 0.0 && total.mass.is_finite()) {
             return None;
         }
-        match body.mass_source {
+        match body.inertia.source {
             MassSource::Mass(mass) => Some(total.scaled_to(mass)),
             MassSource::Shapes | MassSource::Exact => Some(total),
         }
@@ -175,20 +176,20 @@ impl World {
     pub(crate) fn set_mass(&mut self, row: u32, mass: &MassProperties) {
         let tables = &mut self.tables;
         let body = tables.bodies.at_mut(row);
-        let shift = mass.center - body.local_center;
+        let shift = mass.center - body.inertia.local_center;
         let moved = body.rotation.rotate(shift);
         body.v = body.velocity_at(moved);
         body.center += moved;
-        body.local_center = mass.center;
-        body.mass = mass.mass;
-        (body.moments, body.principal) = principal_moments(mass);
-        for shape in body.shapes.clone() {
+        body.inertia.local_center = mass.center;
+        body.inertia.mass = mass.mass;
+        (body.inertia.moments, body.inertia.principal) = principal_moments(mass);
+        for shape in body.ties.shapes.clone() {
             let s = tables.shapes.at_mut(shape);
             s.centered.position -= shift;
         }
         // The set of joints solved as trees depends on masses.
         tables.colors.bodies_changed = true;
-        for joint in tables.bodies.at(row).joints.clone() {
+        for joint in tables.bodies.at(row).ties.joints.clone() {
             let joint = tables.joints.at_mut(joint);
             if joint.body_a == row {
                 joint.anchor_a -= shift;
@@ -210,7 +211,7 @@ impl World {
     /// a body that lost most of its mass would be thrown up, together with everything on top of it,
     /// by the old impulses.
     pub(crate) fn follow_weight(&mut self, row: u32, more: f32) {
-        let gravity = self.tables.config.gravity * self.tables.bodies.at(row).gravity_scale;
+        let gravity = self.tables.config.gravity * self.tables.bodies.at(row).forces.gravity_scale;
         let Some(up) = (-gravity).try_normalize() else { return };
         let whole = more * gravity.length() * self.last_h;
         if !whole.is_finite() {
@@ -255,8 +256,8 @@ impl World {
     pub(crate) fn refresh_extent(&mut self, row: u32) {
         let tables = &mut self.tables;
         let body = tables.bodies.at_mut(row);
-        (body.extent, body.inner, body.hollow) = (0.0, f32::INFINITY, true);
-        for shape in body.shapes.clone() {
+        (body.extent, body.inner, body.inertia.hollow) = (0.0, f32::INFINITY, true);
+        for shape in body.ties.shapes.clone() {
             tables.shapes.at(shape).widen(body);
         }
     }

@@ -5,7 +5,7 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::MassSource;
+use crate::state::bodies::body::MassSource;
 use crate::state::def::material::Filter;
 use crate::state::def::reports::Senses;
 use crate::state::def::{
@@ -130,7 +130,7 @@ impl ShapeMut<'_> {
         self.check_bonds()?;
         let local = Pose { position: pose.position, rotation: pose.rotation.normalized() };
         self.check_change(|shape| shape.local = local)?;
-        let center = self.world.tables.bodies.at(self.body()).local_center;
+        let center = self.world.tables.bodies.at(self.body()).inertia.local_center;
         let shape = self.world.tables.shapes.at_mut(self.row);
         shape.local = local;
         shape.centered = Pose { position: local.position - center, rotation: local.rotation };
@@ -241,7 +241,7 @@ impl ShapeMut<'_> {
             Some(mass) => check_mass(mass.mass, principal_moments(&mass).0),
             // A shape that becomes a sensor counts like a removed one.
             None if owner.kind == BodyKind::Dynamic
-                && owner.mass_source == MassSource::Shapes
+                && owner.inertia.source == MassSource::Shapes
                 && was_solid
                 && is_solid =>
             {
@@ -255,9 +255,9 @@ impl ShapeMut<'_> {
     /// Updates the mass, extent and boxes of the body, and wakes it.
     fn follow(&mut self) {
         let body = self.body();
-        let before = self.world.tables.bodies.at(body).mass;
+        let before = self.world.tables.bodies.at(body).inertia.mass;
         self.world.refresh_mass(body);
-        let more = self.world.tables.bodies.at(body).mass - before;
+        let more = self.world.tables.bodies.at(body).inertia.mass - before;
         if more != 0.0 {
             self.world.follow_weight(body, more);
         }

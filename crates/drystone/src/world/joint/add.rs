@@ -32,8 +32,8 @@ impl World {
         let joint = Joint {
             body_a: a,
             body_b: b,
-            anchor_a: def.anchor_a - bodies.at(a).local_center,
-            anchor_b: def.anchor_b - bodies.at(b).local_center,
+            anchor_a: def.anchor_a - bodies.at(a).inertia.local_center,
+            anchor_b: def.anchor_b - bodies.at(b).inertia.local_center,
             link: Link::new(def.kind),
             collide_connected: def.collide_connected,
             switch: if def.enabled { Switch::On } else { Switch::Off },
@@ -133,10 +133,10 @@ impl World {
         (joint.body_a, joint.body_b) = (a, b);
         for body in old {
             tables.islands.cut(body, &tables.bodies);
-            tables.bodies.at_mut(body).joints.retain(|joint| *joint != row);
+            tables.bodies.at_mut(body).ties.joints.retain(|joint| *joint != row);
         }
         for body in [a, b] {
-            tables.bodies.at_mut(body).joints.push(row);
+            tables.bodies.at_mut(body).ties.joints.push(row);
         }
         tables.colors.bodies_changed = true;
         self.enter_joint(row);
@@ -154,8 +154,8 @@ impl World {
     fn insert_joint(&mut self, joint: Joint) -> JointId {
         let (a, b) = (joint.body_a, joint.body_b);
         let id = self.tables.joints.rows.insert(joint);
-        self.tables.bodies.at_mut(a).joints.push(id.index());
-        self.tables.bodies.at_mut(b).joints.push(id.index());
+        self.tables.bodies.at_mut(a).ties.joints.push(id.index());
+        self.tables.bodies.at_mut(b).ties.joints.push(id.index());
         self.enter_joint(id.index());
         id
     }
@@ -165,7 +165,7 @@ impl World {
         let tables = &self.tables;
         let joint = tables.joints.rows.row(id).map(|row| tables.joints.at(row));
         let bodies = joint.into_iter().flat_map(|joint| [joint.body_a, joint.body_b]);
-        let rows = bodies.flat_map(|body| tables.bodies.at(body).joints.iter().copied());
+        let rows = bodies.flat_map(|body| tables.bodies.at(body).ties.joints.iter().copied());
         rows.filter(move |row| match &tables.joints.at(*row).link {
             Link::Coupling(c) => c.def.joint_a == id || c.def.joint_b == id,
             _ => false,
@@ -227,7 +227,7 @@ impl World {
         tables.islands.cut(a, &tables.bodies);
         tables.islands.cut(b, &tables.bodies);
         for body in [a, b] {
-            tables.bodies.at_mut(body).joints.retain(|j| *j != row);
+            tables.bodies.at_mut(body).ties.joints.retain(|j| *j != row);
         }
         if let Some(joint) = tables.joints.rows.remove(id) {
             tables.joints.breakable -= usize::from(joint.strength.is_some());

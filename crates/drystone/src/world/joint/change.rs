@@ -85,7 +85,7 @@ impl<'w> JointMut<'w> {
         }
         let bodies = &self.world.tables.bodies;
         let rows = [self.joint().body_a, self.joint().body_b];
-        let [a, b] = rows.map(|row| bodies.at(row).local_center);
+        let [a, b] = rows.map(|row| bodies.at(row).inertia.local_center);
         self.change(|joint| (joint.anchor_a, joint.anchor_b) = (anchor_a - a, anchor_b - b));
         Ok(())
     }

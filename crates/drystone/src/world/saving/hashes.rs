@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::base::hash::StateHash;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::joints::Link;
 use crate::step::Stage;
 use crate::world::World;
@@ -199,8 +199,8 @@ impl World {
 
     fn feed_sleep(&self, hash: &mut StateHash) {
         for (id, body) in self.tables.bodies.rows.iter() {
-            hash.words(&[id.index(), body.island, u32::from(body.active())]);
-            hash.word(body.still_time.to_bits());
+            hash.words(&[id.index(), body.sleep.island, u32::from(body.active())]);
+            hash.word(body.sleep.still_time.to_bits());
             hash.vector(body.v);
             hash.vector(body.w);
         }

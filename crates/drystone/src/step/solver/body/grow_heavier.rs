@@ -17,7 +17,8 @@ use super::island_motion::{Frames, MemberMotion};
 use super::state::BodyState;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_shares};
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::Contact;
 use crate::step::solver::lent::Solver;
 
@@ -35,11 +36,11 @@ impl Solver<'_> {
         let read = |k: usize| {
             let body = body_of(first + k);
             MemberMotion {
-                island: body.island,
-                mass: body.mass,
+                island: body.sleep.island,
+                mass: body.inertia.mass,
                 v: body.v,
                 w: body.w,
-                heavier: self.body.squeezes.read(first + k).factor > body.inertia_factor,
+                heavier: self.body.squeezes.read(first + k).factor > body.history.inertia_factor,
             }
         };
         // Bodies are far apart in memory, so several workers read them into a copy first. A single
@@ -75,7 +76,7 @@ impl Solver<'_> {
             let island = member(frames, k).island;
             let frame = frames.of(island);
             if !frame.held {
-                let joints = &body_of(first + k).joints;
+                let joints = &body_of(first + k).ties.joints;
                 frame.held = joints.iter().any(|row| self.is_to_fixed(*row));
             }
         }
@@ -83,12 +84,12 @@ impl Solver<'_> {
             for k in part.filter(|k| member(frames, *k).heavier) {
                 let i = first + k;
                 let (body, factor) = (body_of(i), self.body.squeezes.read(i).factor);
-                let frame = &frames.frames[frames.place(body.island)];
+                let frame = &frames.frames[frames.place(body.sleep.island)];
                 if frame.held {
                     let (v, w) = frame.slowed(body, factor);
                     self.put_slowed(i, body, factor, &BodyState { v, w, ..BodyState::of(body) });
                 } else {
-                    self.put_slowed(i, body, body.inertia_factor, &BodyState::of(body));
+                    self.put_slowed(i, body, body.history.inertia_factor, &BodyState::of(body));
                 }
             }
         });
@@ -112,8 +113,8 @@ impl Solver<'_> {
             match [c.body_a, c.body_b].map(|row| self.body.line_of[row as usize]) {
                 // A contact may still name a body that was deactivated.
                 [0, 0] => return,
-                [0, _] => (a, b.island),
-                _ => (b, a.island),
+                [0, _] => (a, b.sleep.island),
+                _ => (b, a.sleep.island),
             };
         let frame = frames.of(island);
         for p in c.points() {

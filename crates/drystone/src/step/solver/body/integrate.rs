@@ -11,7 +11,7 @@ use crate::base::quat::Quat;
 use crate::base::simd::wide::{LANES, Vec3w};
 use crate::base::sym3::Sym3;
 use crate::base::threads::disjoint::ReadRows;
-use crate::state::bodies::{Body, Fineness};
+use crate::state::bodies::body::{Body, Fineness};
 use crate::step::context::StepContext;
 use crate::step::context::softness::decay;
 use crate::step::gyration::Spin;
@@ -21,11 +21,11 @@ use crate::step::solver_body::{SolverBody, Velocity, Whitening, four, three, whi
 /// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world].
 /// A moment of 0 is an axis that cannot turn: 0 in both.
 pub(crate) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
-    if body.locks.angular != [false; 3] {
-        let rotation = rotation * body.principal;
+    if body.inertia.locks.angular != [false; 3] {
+        let rotation = rotation * body.inertia.principal;
         return (locked_root(body, rotation, true), locked_root(body, rotation, false));
     }
-    let m = body.moments;
+    let m = body.inertia.moments;
     let each = |r: f32| if r > 0.0 { 1.0 / r } else { 0.0 };
     if m.min_element() >= m.max_element() {
         // The inertia of a ball or a cube is the same about every axis.
@@ -35,15 +35,15 @@ pub(crate) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
     }
     let root = vec3(m.x.sqrt(), m.y.sqrt(), m.z.sqrt());
     let inverse = vec3(each(root.x), each(root.y), each(root.z));
-    let rotation = rotation * body.principal;
+    let rotation = rotation * body.inertia.principal;
     (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
 }
 
 /// One root of [`roots_of_inertia`] with locked world axes, from the eigenvectors of the restricted
 /// inertia.
 fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
-    let mut inertia = Sym3::rotated_diagonal(rotation, body.moments);
-    let [x, y, z] = body.locks.angular;
+    let mut inertia = Sym3::rotated_diagonal(rotation, body.inertia.moments);
+    let [x, y, z] = body.inertia.locks.angular;
     if x {
         (inertia.xx, inertia.xy, inertia.xz) = (0.0, 0.0, 0.0);
     }
@@ -78,7 +78,8 @@ pub(crate) fn scaled_roots(body: &Body, rotation: Quat, factor: f32) -> (Sym3, S
 
 /// Linear acceleration of a body by gravity and forces [m/s²].
 pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
-    ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
+    ctx.gravity * body.forces.gravity_scale
+        + (body.forces.force + body.forces.step_force) * (1.0 / body.inertia.mass)
 }
 
 /// Makes the solver body of a dynamic body from the motion `start`. It has `factor` times the
@@ -93,7 +94,7 @@ pub(crate) fn whiten(
     gyration: Vec3,
 ) -> (SolverBody, Whitening, Aux, Vec3) {
     let (v, w) = (start.v, start.w);
-    let alpha = 1.0 / (body.mass * factor).sqrt();
+    let alpha = 1.0 / (body.inertia.mass * factor).sqrt();
     let (s, s_inv) = scaled_roots(body, start.rotation, factor);
     let mut acc = acceleration(ctx, body);
     if factor > 1.0 {
@@ -101,20 +102,20 @@ pub(crate) fn whiten(
     }
     let line =
         SolverBody { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
-    let torque = body.torque + body.step_torque;
+    let torque = body.forces.torque + body.forces.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration) * (1.0 / ctx.substeps as f32);
     let aux = Aux {
         before_v: line.v,
         before_w: line.w,
-        locked: body.locks.linear,
+        locked: body.inertia.locks.linear,
         calm: false,
         ended: false,
         parting: 0.0,
         add_v: four(acc * (ctx.h / alpha)),
         add_w: four(s.mul(torque) * ctx.h + spin),
-        decay_v: decay(body.linear_damping, ctx.h),
-        decay_w: decay(body.angular_damping, ctx.h),
+        decay_v: decay(body.forces.linear_damping, ctx.h),
+        decay_w: decay(body.forces.angular_damping, ctx.h),
     };
     (line, Whitening::new(alpha, &s), aux, acc)
 }
@@ -146,10 +147,10 @@ pub(crate) fn gyrations<'a>(
 
 /// True if free rotation changes the angular velocity `w` in a step.
 fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
-    let m = body.moments;
+    let m = body.inertia.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     let slow = w.length_squared() * ctx.dt * ctx.dt < 1.0e-6;
-    !(round || slow || m.min_element() <= 0.0 || body.locks.angular != [false; 3])
+    !(round || slow || m.min_element() <= 0.0 || body.inertia.locks.angular != [false; 3])
 }
 
 /// Adds forces and, in all substeps but the first, the warm start: the velocity change `v - before`
@@ -202,13 +203,13 @@ pub(crate) fn unwhiten(
     body: &mut Body,
 ) {
     if let Some(end) = end {
-        (body.v, body.w, body.w_rest) = (end.v, end.w, end.w_rest);
+        (body.v, body.w, body.history.w_rest) = (end.v, end.w, end.w_rest);
         (body.center, body.rotation) = (end.center, end.rotation);
         return;
     }
     let end = BodyState::of(body).after(line, whitening);
     (body.center, body.rotation) = (end.center, end.rotation);
-    (body.v, body.w, body.w_rest) = (end.v, end.w, Vec3::ZERO);
+    (body.v, body.w, body.history.w_rest) = (end.v, end.w, Vec3::ZERO);
     if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > FAR_TURN * FAR_TURN {
         keep_turning_energy(body, factor, three(line.w));
     }
@@ -218,11 +219,11 @@ pub(crate) fn unwhiten(
 /// the step's start; the angular velocity is scaled so that the energy does not exceed the energy
 /// after them.
 fn keep_turning_energy(body: &mut Body, factor: f32, w: Vec3) {
-    let local = (body.rotation * body.principal).unrotate(body.w);
+    let local = (body.rotation * body.inertia.principal).unrotate(body.w);
     let energy = local.dot(vec3(
-        local.x * body.moments.x,
-        local.y * body.moments.y,
-        local.z * body.moments.z,
+        local.x * body.inertia.moments.x,
+        local.y * body.inertia.moments.y,
+        local.z * body.inertia.moments.z,
     ));
     // A body with a load-adaptive factor has this energy by its true inertia.
     let left = w.length_squared() / factor;
@@ -240,13 +241,13 @@ pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, before: Vec3, body
     // A body that an impact sets moving is not at rest. With an increased mass it would hit others
     // with energy that it does not have.
     if (body.v - before).length() * ctx.dt > JOLT * body.extent {
-        (body.inertia_factor, body.load) = (1.0, 0.0);
-        body.fineness = match squeeze.fineness {
+        (body.history.inertia_factor, body.history.load) = (1.0, 0.0);
+        body.history.fineness = match squeeze.fineness {
             Fineness::Struck => Fineness::Struck,
             _ => Fineness::Whole,
         };
         return;
     }
-    (body.inertia_factor, body.fineness) = (squeeze.factor, squeeze.fineness);
-    body.load = squeeze.pressure() * ctx.inv_h;
+    (body.history.inertia_factor, body.history.fineness) = (squeeze.factor, squeeze.fineness);
+    body.history.load = squeeze.pressure() * ctx.inv_h;
 }

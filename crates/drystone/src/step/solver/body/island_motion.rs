@@ -1,7 +1,7 @@
 //! Computes the mean motion of islands and of the supports of bodies.
 
 use crate::base::math::Vec3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 
 /// Weighted mean of velocities and angular velocities.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,7 +48,7 @@ impl Frame {
     /// own. One frame alone is not enough: the mean motion would pull a swaying tower along, and
     /// the ground would brake a stack on a cart.
     pub(crate) fn slowed(&self, body: &Body, factor: f32) -> (Vec3, Vec3) {
-        let part = 1.0 - body.inertia_factor / factor;
+        let part = 1.0 - body.history.inertia_factor / factor;
         let (mut v, mut w) = (Vec3::ZERO, Vec3::ZERO);
         let (mut near_v, mut near_w) = (f32::INFINITY, f32::INFINITY);
         for (mean_v, mean_w) in [self.island.mean(), self.support.mean()].into_iter().flatten() {

@@ -11,7 +11,7 @@ use super::state::BodyState;
 use crate::base::math::Vec3;
 use crate::base::simd::wide::LANES;
 use crate::base::threads::jobs::{Jobs, for_shares};
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
 
@@ -35,7 +35,7 @@ impl Solver<'_> {
                     // mass.
                     let factor =
                         if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
-                    any[0] |= factor > body.inertia_factor;
+                    any[0] |= factor > body.history.inertia_factor;
                     any[1] |=
                         self.put_line(eight + lane, body, factor, &starts[lane], gyrations[lane]);
                 }

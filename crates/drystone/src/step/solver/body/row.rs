@@ -1,7 +1,7 @@
 //! Data of a solver body that the kernels do not read.
 
 use crate::base::math::Vec3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::step::solver_body::{SolverBody, Whitening, four};
 
 /// Rotation in a step above which a body turns far [rad].
@@ -57,14 +57,14 @@ impl Aux {
     pub(crate) fn calm(&mut self, whitening: &Whitening, body: &Body, dt: f32, h: f32) {
         self.calm = true;
         if body.w.length_squared() * (dt * dt) > FAR_TURN * FAR_TURN {
-            self.add_w = four(whitening.s().mul(body.torque + body.step_torque) * h);
+            self.add_w = four(whitening.s().mul(body.forces.torque + body.forces.step_torque) * h);
         }
     }
 
     /// Sets the angular acceleration of a body that is rotated separately: only torque [N m,
     /// world], no free rotation.
     pub(crate) fn turn_by_torque(&mut self, whitening: &Whitening, body: &Body, h: f32) {
-        self.add_w = four(whitening.s().mul(body.torque + body.step_torque) * h);
+        self.add_w = four(whitening.s().mul(body.forces.torque + body.forces.step_torque) * h);
     }
 
     /// Clears the impulses that the next substep would repeat.

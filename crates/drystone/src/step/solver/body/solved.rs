@@ -8,7 +8,7 @@ use super::state::BodyState;
 use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::threads::disjoint::{Apart, Rows};
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
 use crate::step::solver::plan::Plan;
 use crate::step::solver_body::{SolverBody, Whitening};
 

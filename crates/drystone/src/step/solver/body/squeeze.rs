@@ -1,6 +1,6 @@
 //! Sums the load on a body over its contacts.
 
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
 
 /// Load on a solver body.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::step::solver_body::{SolverBody, Whitening, three, unwhitened};
 
 /// Pose and velocities of a body [m, m/s, rad/s; world].

@@ -4,7 +4,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::MAX_PARTS;
 use crate::geometry::manifold::Manifold;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::Contact;
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;

@@ -3,7 +3,7 @@
 use super::block::{ContactBlock, K, PointRows};
 use super::raw;
 use crate::base::simd::wide::Lanes;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::Traits;
 use crate::step::context::softness::Softness;
 
@@ -20,7 +20,7 @@ pub(crate) struct Parting {
 
 /// True if only contacts act on a body.
 pub(crate) fn is_free(body: &Body) -> bool {
-    !body.is_dynamic() || body.joints.is_empty() && !body.dragged
+    !body.is_dynamic() || body.ties.joints.is_empty() && !body.record.dragged
 }
 
 /// Equilibrium depth of a point per load: this, over the mass that it bears [m/(N s)].

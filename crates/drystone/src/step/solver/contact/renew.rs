@@ -186,9 +186,9 @@ impl Solver<'_> {
             .read(line)
             .s()
             .mul(solver_body::three(self.body.lines.read(line).w));
-        let m = body.moments;
+        let m = body.inertia.moments;
         let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
-        let free = m.min_element() > 0.0 && body.locks.angular == [false; 3];
+        let free = m.min_element() > 0.0 && body.inertia.locks.angular == [false; 3];
         let before = state.rotation;
         if free && !round {
             let spin = Spin { rotation: state.rotation, ..Spin::of(body) };

@@ -8,7 +8,7 @@ use super::raw::{Raw, Source};
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{LANES, Lanes, Vec3w, above, put, splat};
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::softness::Softness;

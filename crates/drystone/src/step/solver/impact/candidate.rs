@@ -54,7 +54,7 @@ impl Source<'_> {
         let ends = [rows.row_a[lane], rows.row_b[lane]].into_iter().filter(|line| *line != 0);
         let mut bodies = ends.map(|line| self.bodies.at(self.members[line as usize - 1]));
         !self.extra(block).is_some_and(|extra| extra.softens && extra.soft_mass[lane] > 0.0)
-            && bodies.all(|body| body.joints.is_empty())
+            && bodies.all(|body| body.ties.joints.is_empty())
     }
 
     /// Coefficient of restitution of a lane.

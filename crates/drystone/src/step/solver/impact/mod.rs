@@ -223,7 +223,7 @@ impl Impacts {
             let number = index(self.entries.len());
             if block.arrives >> lane & 1 == 1 {
                 let body = source.members[line as usize - 1];
-                self.arrivals.push((source.bodies.at(body).island, number));
+                self.arrivals.push((source.bodies.at(body).sleep.island, number));
             }
             for end in ends_of(source, lines) {
                 self.ends[end].count += 1;

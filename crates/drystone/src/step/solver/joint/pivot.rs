@@ -14,7 +14,7 @@ use crate::base::double::{DQuat, DVec3};
 use crate::base::math::{Vec3, bounded};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::body::Body;
 use crate::state::joints::{Joint, Link};
 use crate::step::context::StepContext;
 use crate::step::context::softness::exact_decay;
@@ -88,20 +88,20 @@ impl Solver<'_> {
 
 /// True if only one joint acts on the body.
 fn is_free(body: &Body) -> bool {
-    let locks = &body.locks;
-    body.constraints == 1
-        && !body.dragged
-        && body.joints.len() == 1
+    let locks = &body.inertia.locks;
+    body.ties.constraints == 1
+        && !body.record.dragged
+        && body.ties.joints.len() == 1
         && locks.linear == [false; 3]
         && locks.angular == [false; 3]
-        && body.moments.min_element() > 0.0
+        && body.inertia.moments.min_element() > 0.0
 }
 
 /// Steps a body whose point `anchor` [frame of the center of mass] stays at `pivot`.
 fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Swung> {
     // The inertia about the pivot.
-    let (m, r) = (body.mass, anchor);
-    let own = Sym3::rotated_diagonal(body.principal, body.moments);
+    let (m, r) = (body.inertia.mass, anchor);
+    let own = Sym3::rotated_diagonal(body.inertia.principal, body.inertia.moments);
     let inertia = Sym3 {
         xx: own.xx + m * (r.y * r.y + r.z * r.z),
         yy: own.yy + m * (r.z * r.z + r.x * r.x),
@@ -121,13 +121,14 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     // through the inertia: the same rounding in every step would remove or add 1e-7 of the energy
     // each time.
     let arm = arm_of(body.rotation);
-    let mut w = DVec3::from(body.w) + DVec3::from(body.w_rest);
+    let mut w = DVec3::from(body.w) + DVec3::from(body.history.w_rest);
     let off = DVec3::from(body.v) - w.cross(arm);
     w = w + answer(&spin, arm.cross(off) * f64::from(m));
     let start = w.cross(arm);
 
     let acc = acceleration(ctx, body);
-    let (force, torque) = (DVec3::from(acc * m), DVec3::from(body.torque + body.step_torque));
+    let (force, torque) =
+        (DVec3::from(acc * m), DVec3::from(body.forces.torque + body.forces.step_torque));
     let half = 0.5 * f64::from(ctx.h);
     let mut kick = answer(&spin, torque + arm.cross(force)) * half;
     for _ in 0..ctx.substeps {
@@ -162,13 +163,15 @@ fn answer(spin: &Spin, momentum: DVec3) -> DVec3 {
 /// linear and angular damping together dissipate it.
 #[expect(clippy::cast_possible_truncation, reason = "a mean of two rates")]
 fn damping(ctx: &StepContext, body: &Body, w: DVec3, arm: DVec3) -> f32 {
-    let (linear, angular) = (f64::from(body.linear_damping), f64::from(body.angular_damping));
+    let (linear, angular) =
+        (f64::from(body.forces.linear_damping), f64::from(body.forces.angular_damping));
     if linear + angular <= 0.0 {
         return 1.0;
     }
     let v = w.cross(arm);
-    let spin = Sym3::rotated_diagonal(body.rotation * body.principal, body.moments).mul(w.single());
-    let moving = f64::from(body.mass) * v.dot(v);
+    let spin = Sym3::rotated_diagonal(body.rotation * body.inertia.principal, body.inertia.moments)
+        .mul(w.single());
+    let moving = f64::from(body.inertia.mass) * v.dot(v);
     let turning = w.dot(DVec3::from(spin));
     let all = moving + turning;
     let rate = if all > 0.0 { (linear * moving + angular * turning) / all } else { angular };

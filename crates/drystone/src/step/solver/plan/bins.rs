@@ -55,8 +55,8 @@ impl Bins {
             let kinds = [&group.joints, &group.sixdofs, &group.couplings, &group.trees];
             let has_joints = kinds.iter().any(|kind| !kind.is_empty());
             let lines = if has_joints { group.lines.clone() } else { 0..0 };
-            for line in lines.clone().filter(|line| !body(*line).joints.is_empty()) {
-                let island = body(line).island as usize;
+            for line in lines.clone().filter(|line| !body(*line).ties.joints.is_empty()) {
+                let island = body(line).sleep.island as usize;
                 if self.of_island.len() <= island {
                     self.of_island.resize(island + 1, NONE);
                 }
@@ -66,7 +66,7 @@ impl Bins {
                 }
             }
             for line in lines.clone() {
-                let island = body(line).island as usize;
+                let island = body(line).sleep.island as usize;
                 if let Some(bin) = self.of_island.get(island).filter(|bin| **bin != NONE) {
                     self.of_line[line] = *bin;
                     self.lines.push(number(line));
@@ -78,7 +78,7 @@ impl Bins {
             });
             self.leave_out_large(begin);
             for line in lines {
-                if let Some(bin) = self.of_island.get_mut(body(line).island as usize) {
+                if let Some(bin) = self.of_island.get_mut(body(line).sleep.island as usize) {
                     *bin = NONE;
                 }
             }

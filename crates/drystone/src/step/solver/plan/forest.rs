@@ -195,7 +195,7 @@ impl Forest {
         self.asked.clear();
         self.asked.resize(n, false);
         for row in &bodies.awake {
-            self.unfit[*row as usize] = bodies.at(*row).locks.linear != [false; 3];
+            self.unfit[*row as usize] = bodies.at(*row).inertia.locks.linear != [false; 3];
         }
     }
 
@@ -292,7 +292,7 @@ impl Forest {
     fn strain(&mut self, tree: &Tree, bodies: &Bodies) -> f64 {
         let (first, n) = (tree.bodies.start, tree.bodies.len());
         let rows = &self.bodies[tree.bodies.clone()];
-        let mass = |i: usize| f64::from(bodies.at(rows[i]).mass);
+        let mass = |i: usize| f64::from(bodies.at(rows[i]).inertia.mass);
         let total: f64 = (0..n).map(mass).sum();
         let sides = &mut self.sides;
         sides.clear();

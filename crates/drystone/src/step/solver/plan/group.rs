@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::state::bodies::Fineness;
+use crate::state::bodies::body::Fineness;
 
 /// Islands that are solved together.
 #[derive(Clone, Debug, Default)]

@@ -29,7 +29,8 @@ use crate::base::bit_set::BitSet;
 use crate::base::grow;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each, for_items, grain};
-use crate::state::bodies::{Bodies, Body, Fineness, NONE};
+use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
@@ -133,7 +134,7 @@ impl Plan {
             let wants = |body: &Body| ctx.inertia.wants_refining(body);
             self.survey.make(bodies, wants, jobs);
             for body in self.survey.marked(bodies).filter(|body| wants(body)) {
-                chosen[body.island as usize] = Fineness::Loaded;
+                chosen[body.sleep.island as usize] = Fineness::Loaded;
             }
         }
         if by_joints {
@@ -162,8 +163,8 @@ impl Plan {
         }
         // Particles run at the world's substeps, so islands that they drag are not subdivided.
         self.survey.make(bodies, |_| false, jobs);
-        for body in self.survey.marked(bodies).filter(|body| body.dragged) {
-            chosen[body.island as usize] = Fineness::Whole;
+        for body in self.survey.marked(bodies).filter(|body| body.record.dragged) {
+            chosen[body.sleep.island as usize] = Fineness::Whole;
         }
     }
 
@@ -197,10 +198,11 @@ impl Plan {
         self.survey.make(bodies, |_| false, jobs);
         let chosen = &self.fineness[0];
         let marked = self.survey.marked(bodies);
-        let goes_on =
-            |body: &&Body| was_struck(body) && fineness_of(body.island, chosen) == Fineness::Whole;
+        let goes_on = |body: &&Body| {
+            was_struck(body) && fineness_of(body.sleep.island, chosen) == Fineness::Whole
+        };
         self.whole_again.clear();
-        self.whole_again.extend(marked.filter(goes_on).map(|body| body.island));
+        self.whole_again.extend(marked.filter(goes_on).map(|body| body.sleep.island));
         self.whole_again.sort_unstable();
         self.whole_again.dedup();
         let factor = 1.0 / struck.store_scale();
@@ -230,7 +232,8 @@ impl Plan {
         let workers = jobs.workers().max(1);
         grow::zeros(line_of, bodies.rows.slot_count());
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
-        let changed = take_contact_changes(colors) || joints_changed;
+        let changed =
+            take_dirty([&mut colors.contacts, &mut colors.contacts_fixed]) || joints_changed;
         // Refinement is stored by island number. If an island split, its bodies may have another
         // number, or the same number may stand for other bodies.
         let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
@@ -486,11 +489,7 @@ fn take_joint_changes(colors: &mut Colors) -> bool {
     take_dirty([&mut colors.joints, &mut colors.joints_fixed]) || changed
 }
 
-/// True if a contact was added, removed or changed its number of points since the last call.
-fn take_contact_changes(colors: &mut Colors) -> bool {
-    take_dirty([&mut colors.contacts, &mut colors.contacts_fixed])
-}
-
+/// True if a constraint was added, removed or changed its number of points since the last call.
 fn take_dirty(all: [&mut Coloring; 2]) -> bool {
     let mut changed = false;
     for color in all.into_iter().flat_map(|coloring| &mut coloring.colors) {

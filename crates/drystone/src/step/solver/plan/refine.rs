@@ -6,7 +6,8 @@
 
 use crate::base::math::{Vec3, vec3};
 use crate::base::threads::disjoint::Rows;
-use crate::state::bodies::{Bodies, Body, Fineness, NONE};
+use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Place;
 use crate::state::contacts::{Contacts, Slots};
 use crate::state::islands::Island;
@@ -44,14 +45,14 @@ pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
     }
     // Each joint is one or two cache lines for some ten instructions.
     for body in island.bodies(bodies) {
-        body.joints.iter().for_each(|joint| joints.rows.prefetch(*joint, 2));
+        body.ties.joints.iter().for_each(|joint| joints.rows.prefetch(*joint, 2));
     }
     for body in island.bodies(bodies) {
         if !body.active() {
             return false;
         }
-        let limit = if body.fineness == Fineness::Jointed { LEAVE } else { ENTER };
-        for joint in body.joints.iter().map(|joint| joints.at(*joint)) {
+        let limit = if body.history.fineness == Fineness::Jointed { LEAVE } else { ENTER };
+        for joint in body.ties.joints.iter().map(|joint| joints.at(*joint)) {
             let sides = [(joint.body_a, joint.anchor_a), (joint.body_b, joint.anchor_b)];
             let is_bent = |end: u32, arm: Vec3| {
                 let end = bodies.at(end);
@@ -78,7 +79,7 @@ pub(crate) fn tumbles(
     dt: f32,
 ) -> bool {
     let is_fast = |body: &Body| {
-        let limit = if body.fineness == Fineness::Tumbling { TUMBLES_ON } else { TUMBLES };
+        let limit = if body.history.fineness == Fineness::Tumbling { TUMBLES_ON } else { TUMBLES };
         let limit = limit / (dt * dt);
         // For any mass distribution it is at most the square of the speed.
         body.w.length_squared() > limit && precession(body) > limit
@@ -90,11 +91,11 @@ pub(crate) fn tumbles(
 
 /// Rate at which the angular velocity of a free body turns [rad/s²].
 fn precession(body: &Body) -> f32 {
-    let m = body.moments;
-    if !(m.min_element() > 0.0) || body.locks.angular != [false; 3] {
+    let m = body.inertia.moments;
+    if !(m.min_element() > 0.0) || body.inertia.locks.angular != [false; 3] {
         return 0.0;
     }
-    let w = (body.rotation * body.principal).unrotate(body.w);
+    let w = (body.rotation * body.inertia.principal).unrotate(body.w);
     let torque = vec3(m.x * w.x, m.y * w.y, m.z * w.z).cross(w);
     vec3(torque.x / m.x, torque.y / m.y, torque.z / m.z).length()
 }
@@ -110,10 +111,10 @@ fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts)
     };
     // A single body on a ball joint is integrated as a pendulum: see `joint/pivot.rs`.
     let is_ball = |joint: &u32| matches!(joints.at(*joint).link, Link::Ball);
-    let swings = |body: &Body| island.len == 1 && body.joints.iter().all(is_ball);
+    let swings = |body: &Body| island.len == 1 && body.ties.joints.iter().all(is_ball);
     island.bodies(bodies).all(|body| {
         body.active()
-            && body.joints.iter().all(is_of_two)
+            && body.ties.joints.iter().all(is_of_two)
             && !contacts.of_body(body).any(presses)
             && !swings(body)
     })
@@ -132,10 +133,10 @@ pub(crate) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> b
     }
     let mut has_joints = false;
     for body in island.bodies(bodies) {
-        if body.joints.iter().any(|joint| joints.at(*joint).is_direct) {
+        if body.ties.joints.iter().any(|joint| joints.at(*joint).is_direct) {
             return false;
         }
-        has_joints |= !body.joints.is_empty();
+        has_joints |= !body.ties.joints.is_empty();
     }
     has_joints
 }
@@ -151,13 +152,13 @@ pub(crate) fn struck(
         let ends = [c.body_a, c.body_b].map(|body| bodies.at(body));
         // The contact may have become a ghost of a seam since it was listed.
         let dynamic = ends.into_iter().find(|body| body.is_dynamic() && body.active());
-        dynamic.filter(|_| c.count > 0).map(|body| body.island)
+        dynamic.filter(|_| c.count > 0).map(|body| body.sleep.island)
     })
 }
 
 /// True if the body's island was hit in the last step.
 pub(crate) fn was_struck(body: &Body) -> bool {
-    body.active() && body.fineness == Fineness::Struck
+    body.active() && body.history.fineness == Fineness::Struck
 }
 
 /// Rescales the impulses of an island that was hit and now continues with undivided substeps.
@@ -171,7 +172,7 @@ pub(crate) fn take_back(
     let mut at = island.first;
     while at != NONE {
         let (row, body) = (at, bodies.at(at));
-        at = body.island_next;
+        at = body.sleep.next;
         // Skip bodies that joined the island after the subdivided step.
         if !was_struck(body) {
             continue;
@@ -182,7 +183,7 @@ pub(crate) fn take_back(
             let other = if ends[0] == row { ends[1] } else { ends[0] };
             place.is_somewhere() && (row <= other || !was_struck(bodies.at(other)))
         };
-        let mut at = body.contacts;
+        let mut at = body.ties.contacts;
         while at != NONE {
             let (row, side) = ((at / 2) as usize, (at & 1) as usize);
             let Some(contact) = slots.read(row) else { break };
@@ -193,7 +194,7 @@ pub(crate) fn take_back(
                 contact.scale_impulses(factor);
             }
         }
-        for row in &body.joints {
+        for row in &body.ties.joints {
             if let Some(joint) = joints.read(*row as usize)
                 && is_mine([joint.body_a, joint.body_b], joint.place)
                 && let Some(joint) = joints.row(*row as usize)

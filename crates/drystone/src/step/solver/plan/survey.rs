@@ -8,7 +8,8 @@ use super::refine::was_struck;
 use crate::base::grow;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::body::Body;
+use crate::state::bodies::{Bodies, NONE};
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Survey {
@@ -48,10 +49,10 @@ impl Survey {
         let read = |range: Range<usize>, marked: &mut Vec<u32>| {
             for i in range {
                 let body = bodies.at(bodies.awake[i]);
-                debug_assert!(!has_line(body) || body.island != NONE, "it is in an island");
-                *islands.row(i) = if has_line(body) { body.island } else { NONE };
-                *ends.row(i) = body.constraints;
-                if has_line(body) && (body.dragged || was_struck(body) || wants(body)) {
+                debug_assert!(!has_line(body) || body.sleep.island != NONE, "it is in an island");
+                *islands.row(i) = if has_line(body) { body.sleep.island } else { NONE };
+                *ends.row(i) = body.ties.constraints;
+                if has_line(body) && (body.record.dragged || was_struck(body) || wants(body)) {
                     marked.push(bodies.awake[i]);
                 }
             }
@@ -67,5 +68,5 @@ impl Survey {
 
 /// Dynamic bodies under a constraint or a particle have a solver body; the others fly (`finalize`).
 fn has_line(body: &Body) -> bool {
-    body.is_dynamic() && (body.constraints > 0 || body.dragged)
+    body.is_dynamic() && (body.ties.constraints > 0 || body.record.dragged)
 }

@@ -3,7 +3,8 @@
 
 use super::refine::fineness_of;
 use crate::base::bit_set::BitSet;
-use crate::state::bodies::{Bodies, Body, Fineness};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::body::{Body, Fineness};
 use crate::state::contacts::Contacts;
 use crate::state::shapes::Shapes;
 use crate::step::narrowphase;
@@ -52,11 +53,11 @@ impl Turning {
         let may = |body: &Body| {
             body.is_dynamic()
                 && body.active()
-                && body.joints.is_empty()
-                && !body.dragged
+                && body.ties.joints.is_empty()
+                && !body.record.dragged
                 && body.inner < ROUND * body.extent
                 && body.v.length() * dt < body.extent
-                && fineness_of(body.island, fineness) != Fineness::Tumbling
+                && fineness_of(body.sleep.island, fineness) != Fineness::Tumbling
         };
         let ends = |row: u32| [contacts.at(row).body_a, contacts.at(row).body_b];
         self.seamed.extend(found.ghosts().flat_map(ends));

@@ -12,11 +12,11 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::bodies::Body;
-use super::def::config::SleepConfig;
+use super::body::{Body, Sleep};
 use crate::base::limits::{self, TIME_STEP};
 use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::quat::Quat;
+use crate::state::def::config::SleepConfig;
 
 /// Fraction of the forces on a body that its supports may leave unbalanced. A body that begins to
 /// move under a smaller force is not detected. It corresponds to a slope of 0.06 degrees, and to
@@ -148,10 +148,11 @@ impl SleepConfig {
 /// Acceleration of an unsupported body by gravity and lasting forces [m/s²], and the sum of the
 /// magnitudes that it is the balance of.
 fn pull(gravity: Vec3, body: &Body) -> (Vec3, f32) {
-    let (weight, push) = (gravity * body.gravity_scale, body.force * (1.0 / body.mass));
+    let (weight, push) =
+        (gravity * body.forces.gravity_scale, body.forces.force * (1.0 / body.inertia.mass));
     let mut pull = weight + push;
     for i in 0..3 {
-        if body.locks.linear[i] {
+        if body.inertia.locks.linear[i] {
             pull[i] = 0.0;
         }
     }
@@ -163,7 +164,7 @@ fn pull(gravity: Vec3, body: &Body) -> (Vec3, f32) {
 pub(crate) fn free_acceleration(gravity: Vec3, body: &Body, length: f32) -> f32 {
     let (pull, of) = pull(gravity, body);
     let straight = pull.length();
-    let turning = body.turn_by(body.torque).length() * size(body, length);
+    let turning = body.turn_by(body.forces.torque).length() * size(body, length);
     let straight = if straight > ROUNDING * of { straight } else { 0.0 };
     straight + turning
 }
@@ -180,7 +181,7 @@ pub(crate) fn drift_speed(body: &Body, length: f32) -> f32 {
 
 /// True if nothing can hold a body: it has no contact nearby, no joint and no particle.
 pub(crate) fn is_free(body: &Body) -> bool {
-    body.constraints == 0 && !body.dragged
+    body.ties.constraints == 0 && !body.record.dragged
 }
 
 /// Maximum error of a pose by rounding after some steps [m].
@@ -217,39 +218,39 @@ impl StillnessRule {
 
     /// Counts a step in which a body was slow, or not.
     pub(crate) fn count(&self, slow: bool, body: &mut Body, known: &mut Stillness) {
-        let before = body.still_time;
+        let before = body.sleep.still_time;
         if !slow {
-            body.still_time = 0.0;
+            body.sleep.still_time = 0.0;
             return;
         }
         if before <= 0.0 {
             (known.count, known.verdict) = (0, Verdict::Rests);
         }
-        body.still_time = before + self.dt;
-        if self.marks_at(body.still_time) <= self.marks_at(before) {
+        body.sleep.still_time = before + self.dt;
+        if self.marks_at(body.sleep.still_time) <= self.marks_at(before) {
             return;
         }
-        let Body { center, rotation, v, w, still_time: at, .. } = *body;
+        let Body { center, rotation, v, w, sleep: Sleep { still_time: at, .. }, .. } = *body;
         let here = Mark { center, rotation, v, w, at };
         let [first, second] = known.marks;
         let marks = known.count;
         known.marks = [second, here];
         known.count = (marks + 1).min(2);
         if marks < 2 {
-            if body.still_time >= self.time {
+            if body.sleep.still_time >= self.time {
                 // The step became longer meanwhile, so one more mark is needed.
                 let now = self.time - 0.5 * self.spacing();
-                known.go_back(body.still_time - now);
-                body.still_time = now;
+                known.go_back(body.sleep.still_time - now);
+                body.sleep.still_time = now;
             }
             return;
         }
         known.judge(self, [&first, &second, &here], body);
         if known.verdict != Verdict::Rests {
             // The next test follows one mark later, slightly less for rounding.
-            let back = body.still_time - (LAG + 1.02 * SPACING) * self.time;
+            let back = body.sleep.still_time - (LAG + 1.02 * SPACING) * self.time;
             known.go_back(back);
-            body.still_time -= back;
+            body.sleep.still_time -= back;
         }
     }
 }
@@ -288,7 +289,7 @@ impl Stillness {
         let sway = sway.length(size);
         let lasts = apart <= LASTS * sway;
         let square = times[0] * times[1];
-        let load = pull(rule.gravity, body).1 + body.load / body.mass;
+        let load = pull(rule.gravity, body).1 + body.history.load / body.inertia.mass;
         let most = BALANCE * load * square + rounding;
         self.verdict = if sway > most && lasts {
             Verdict::Sways(sway / square, most / square)
