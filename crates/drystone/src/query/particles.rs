@@ -29,7 +29,8 @@ pub(crate) fn link_energy(particles: &Particles, link: &Link) -> f64 {
     let stiffness = match link_kind(block, lane) {
         LinkKind::Spring(LinkSpring::Rate { stiffness, .. }) => f64::from(stiffness),
         LinkKind::Spring(LinkSpring::Frequency { hertz, .. }) => {
-            let give = |line: u32| f64::from(particles.lines[line as usize].inverse_mass());
+            let give =
+                |solver_row: u32| f64::from(particles.states[solver_row as usize].inverse_mass());
             let give = give(a) + give(b);
             let omega = 2.0 * core::f64::consts::PI * f64::from(hertz);
             if give > 0.0 { omega * omega / give } else { 0.0 }
@@ -50,9 +51,10 @@ pub(crate) fn particle_sums(tables: &Tables) -> Energy {
         if particle.pinned {
             continue;
         }
-        let line = id.index() + 1;
-        let (mass, v) = (f64::from(particle.mass), particles.lines[line as usize].velocity());
-        let (v, x) = (DVec3::from(v), DVec3::from(particles.position(line)));
+        let solver_row = id.index() + 1;
+        let (mass, v) =
+            (f64::from(particle.mass), particles.states[solver_row as usize].velocity());
+        let (v, x) = (DVec3::from(v), DVec3::from(particles.position(solver_row)));
         sum.linear += 0.5 * mass * v.dot(v);
         sum.potential -= mass * f64::from(particle.gravity_scale) * gravity.dot(x);
     }
@@ -66,8 +68,8 @@ pub(crate) fn particle_sums(tables: &Tables) -> Energy {
 pub(crate) fn penetration(tables: &Tables) -> f32 {
     let (particles, mut deepest) = (&tables.particles, 0.0_f32);
     for (id, particle) in particles.rows.iter() {
-        let line = id.index() + 1;
-        let (x, radius) = (particles.position(line), particles.x[line as usize][3]);
+        let solver_row = id.index() + 1;
+        let (x, radius) = (particles.position(solver_row), particles.x[solver_row as usize][3]);
         let held = particle.attachment.checked_sub(1);
         let held = held.map(|i| particles.attachments[i as usize].body);
         let around = Aabb::new(x, x).grown(radius);

@@ -30,7 +30,7 @@ pub(crate) struct Spot {
 #[repr(C, align(64))]
 pub(crate) struct ChainRow {
     /// Lines of the particles; 0 for an idle lane.
-    pub(crate) line: [u32; LANES],
+    pub(crate) solver_row: [u32; LANES],
     pub(crate) length: Lanes,
     /// 1 if the link can go slack.
     pub(crate) slack: Lanes,
@@ -95,7 +95,7 @@ impl Default for ChainRow {
             active: ZERO,
         };
         Self {
-            line: [0; LANES],
+            solver_row: [0; LANES],
             length: ZERO,
             slack: ZERO,
             live: ZERO,
@@ -229,7 +229,7 @@ pub(crate) fn find(particles: &mut Particles) {
     join(search, particles);
     find_runs(search);
     search.used.clear();
-    search.used.resize(particles.lines.len(), 0);
+    search.used.resize(particles.states.len(), 0);
     let mut count = 0;
     for i in 0..search.runs.len() {
         let mut run = search.runs[i];
@@ -273,13 +273,13 @@ pub(crate) fn find(particles: &mut Particles) {
 fn take_color(search: &mut Search, run: &Run) -> Option<u32> {
     let Search { members, steps, used, .. } = search;
     let ends = || steps[run.range()].iter().flat_map(|(i, _)| members[*i as usize].ends);
-    let taken = ends().fold(0, |bits, line| bits | used[line as usize]);
+    let taken = ends().fold(0, |bits, solver_row| bits | used[solver_row as usize]);
     let color = (!taken).trailing_zeros();
     if color >= COLORS {
         return None;
     }
-    for line in ends() {
-        used[line as usize] |= 1 << color;
+    for solver_row in ends() {
+        used[solver_row as usize] |= 1 << color;
     }
     Some(color)
 }
@@ -296,8 +296,8 @@ fn mark(particles: &mut Particles) {
     }
 }
 
-fn hold_of(particles: &Particles, line: u32) -> Option<u32> {
-    particles.at(line).attachment.checked_sub(1)
+fn hold_of(particles: &Particles, solver_row: u32) -> Option<u32> {
+    particles.at(solver_row).attachment.checked_sub(1)
 }
 
 fn first_line(search: &Search, run: &Run) -> u32 {
@@ -316,7 +316,7 @@ fn find_members(particles: &Particles, members: &mut Vec<Member>) {
     for (_, link) in particles.links.iter() {
         let (block, lane) = particles.block_of(link);
         let ends = [block.row_a[lane], block.row_b[lane]];
-        let acts = ends.iter().all(|line| !particles.at(*line).faulted);
+        let acts = ends.iter().all(|solver_row| !particles.at(*solver_row).faulted);
         if acts && matches!(block.kinds[lane], LaneKind::Equal | LaneKind::AtMost) {
             members.push(Member {
                 thread: link.thread,
@@ -333,24 +333,24 @@ fn find_members(particles: &Particles, members: &mut Vec<Member>) {
 fn join(search: &mut Search, particles: &Particles) {
     let Search { members, degree, ends, .. } = search;
     degree.clear();
-    degree.resize(particles.lines.len(), 0);
+    degree.resize(particles.states.len(), 0);
     ends.clear();
     for (i, member) in (0_u32..).zip(members.iter()) {
-        for line in member.ends {
-            degree[line as usize] += 1;
-            ends.push((line, member.thread, i));
+        for solver_row in member.ends {
+            degree[solver_row as usize] += 1;
+            ends.push((solver_row, member.thread, i));
         }
     }
     ends.sort_unstable();
     for group in ends.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let [(line, thread, i), (_, _, k)] = *group else { continue };
-        let alone = thread != 0 || degree[line as usize] == 2;
-        if !alone || particles.at(line).attachment != 0 {
+        let [(solver_row, thread, i), (_, _, k)] = *group else { continue };
+        let alone = thread != 0 || degree[solver_row as usize] == 2;
+        if !alone || particles.at(solver_row).attachment != 0 {
             continue;
         }
         for (me, other) in [(i, k), (k, i)] {
             let member = &mut members[me as usize];
-            member.next[usize::from(member.ends[1] == line)] = Some(other);
+            member.next[usize::from(member.ends[1] == solver_row)] = Some(other);
         }
     }
 }
@@ -383,12 +383,12 @@ fn walk(search: &mut Search, start: usize, turned: bool, ring: bool) {
     loop {
         members[i].taken = true;
         steps.push((number(i), turned));
-        let (line, next) = {
+        let (solver_row, next) = {
             let far = usize::from(!turned);
             (members[i].ends[far], members[i].next[far])
         };
         let Some(next) = next.map(|n| n as usize).filter(|n| !members[*n].taken) else { break };
-        turned = members[next].ends[1] == line;
+        turned = members[next].ends[1] == solver_row;
         i = next;
     }
     runs.push(Run { first, end: number(steps.len()) - u32::from(ring), color: 0 });
@@ -410,10 +410,10 @@ fn block_of(search: &mut Search, runs: &[Run]) -> ChainBlock {
     for (lane, run) in runs.iter().enumerate() {
         for (row, (i, turned)) in search.steps[run.range()].iter().enumerate() {
             let member = &search.members[*i as usize];
-            block.rows[row].line[lane] = member.ends[usize::from(*turned)];
+            block.rows[row].solver_row[lane] = member.ends[usize::from(*turned)];
             block.spots[row][lane] = Some(Spot { turned: *turned, ..member.spot });
         }
-        block.rows[run.range().len()].line[lane] = last_line(search, run);
+        block.rows[run.range().len()].solver_row[lane] = last_line(search, run);
     }
     block
 }

@@ -5,7 +5,7 @@
 mod rows;
 
 pub(crate) use self::rows::{
-    Attachment, CROWD, LaneKind, Link, LinkBlock, LinkColor, Particle, ParticleLine, Touch,
+    Attachment, CROWD, LaneKind, Link, LinkBlock, LinkColor, Particle, ParticleState, Touch,
 };
 
 #[cfg(feature = "serde")]
@@ -24,9 +24,9 @@ use crate::base::slot_map::SlotMap;
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Particles {
     pub(crate) rows: SlotMap<ParticleId, Particle>,
-    /// Empty, or one more line than there are slots.
-    pub(crate) lines: Vec<ParticleLine>,
-    /// Position [m, world] and radius [m], by line.
+    /// Empty, or one more row than there are slots.
+    pub(crate) states: Vec<ParticleState>,
+    /// Position [m, world] and radius [m], by solver row.
     pub(crate) x: Vec<[f32; 4]>,
     pub(crate) links: SlotMap<LinkId, Link>,
     pub(crate) colors: Vec<LinkColor>,
@@ -36,7 +36,7 @@ pub(crate) struct Particles {
     /// Number of cloth lines created so far.
     pub(crate) threads: u32,
     pub(crate) attachments: Vec<Attachment>,
-    /// Contacts in the order of lines, then of shapes.
+    /// Contacts in the order of rows, then of shapes.
     pub(crate) touches: Vec<Touch>,
     /// True if some link can tear.
     pub(crate) can_tear: bool,
@@ -59,7 +59,7 @@ impl Clone for Particles {
     fn clone_from(&mut self, from: &Self) {
         let Self {
             rows,
-            lines,
+            states,
             x,
             links,
             colors,
@@ -74,7 +74,7 @@ impl Clone for Particles {
             fixed_seen,
         } = from;
         self.rows.clone_from(rows);
-        self.lines.clone_from(lines);
+        self.states.clone_from(states);
         self.x.clone_from(x);
         self.links.clone_from(links);
         self.colors.clone_from(colors);
@@ -95,17 +95,17 @@ impl Particles {
         self.rows.is_empty()
     }
 
-    pub(crate) fn position(&self, line: u32) -> Vec3 {
-        let x = &self.x[line as usize];
+    pub(crate) fn position(&self, solver_row: u32) -> Vec3 {
+        let x = &self.x[solver_row as usize];
         vec3(x[0], x[1], x[2])
     }
 
-    pub(crate) fn at(&self, line: u32) -> &Particle {
-        self.rows.at(line - 1).expect("tables name living particles only")
+    pub(crate) fn at(&self, solver_row: u32) -> &Particle {
+        self.rows.at(solver_row - 1).expect("tables name living particles only")
     }
 
-    pub(crate) fn at_mut(&mut self, line: u32) -> &mut Particle {
-        self.rows.at_mut(line - 1).expect("tables name living particles only")
+    pub(crate) fn at_mut(&mut self, solver_row: u32) -> &mut Particle {
+        self.rows.at_mut(solver_row - 1).expect("tables name living particles only")
     }
 
     /// Adds a particle.
@@ -118,28 +118,28 @@ impl Particles {
     ) -> ParticleId {
         let inverse_mass = if particle.pinned { 0.0 } else { 1.0 / particle.mass };
         let id = self.rows.insert(particle);
-        let line = id.index() as usize + 1;
-        if self.lines.is_empty() {
-            grow::push(&mut self.lines, ParticleLine::default());
+        let solver_row = id.index() as usize + 1;
+        if self.states.is_empty() {
+            grow::push(&mut self.states, ParticleState::default());
             grow::push(&mut self.x, [0.0; 4]);
         }
-        if self.lines.len() <= line {
-            grow::push(&mut self.lines, ParticleLine::default());
+        if self.states.len() <= solver_row {
+            grow::push(&mut self.states, ParticleState::default());
             grow::push(&mut self.x, [0.0; 4]);
         }
-        self.lines[line] = ParticleLine { v: [v.x, v.y, v.z, inverse_mass], x: [0.0; 4] };
-        self.x[line] = [x.x, x.y, x.z, radius];
+        self.states[solver_row] = ParticleState { v: [v.x, v.y, v.z, inverse_mass], x: [0.0; 4] };
+        self.x[solver_row] = [x.x, x.y, x.z, radius];
         self.at_mut(id.index() + 1).strand = id.index() + 1;
         id
     }
 
     /// Removes a particle that has neither links nor an attachment.
     pub(crate) fn remove(&mut self, id: ParticleId) {
-        let line = id.index() + 1;
+        let solver_row = id.index() + 1;
         // Its links are gone, so it is a strand by itself, or strands will be searched again.
         self.rows.remove(id);
-        self.lines[line as usize] = ParticleLine::default();
-        self.touches.retain(|t| t.line != line);
+        self.states[solver_row as usize] = ParticleState::default();
+        self.touches.retain(|t| t.solver_row != solver_row);
     }
 
     /// Searches again for particles connected by links, if links changed.
@@ -165,10 +165,10 @@ impl Particles {
             }
         }
         for slot in 0..self.rows.slot_count() {
-            let line = number(slot) + 1;
-            if self.rows.at(line - 1).is_some() {
+            let solver_row = number(slot) + 1;
+            if self.rows.at(solver_row - 1).is_some() {
                 // Earlier particles already have their strand, so this takes one or two iterations.
-                self.at_mut(line).strand = self.first_of(line);
+                self.at_mut(solver_row).strand = self.first_of(solver_row);
             }
         }
     }
@@ -181,38 +181,38 @@ impl Particles {
     }
 
     /// The end of the chain of `strand` values during the search for strands.
-    fn first_of(&mut self, mut line: u32) -> u32 {
+    fn first_of(&mut self, mut solver_row: u32) -> u32 {
         loop {
-            let up = self.at(line).strand;
-            if up == line {
-                return line;
+            let up = self.at(solver_row).strand;
+            if up == solver_row {
+                return solver_row;
             }
             let next = self.at(up).strand;
-            self.at_mut(line).strand = next;
-            line = next;
+            self.at_mut(solver_row).strand = next;
+            solver_row = next;
         }
     }
 
     /// Takes a particle that was put aside out of its links, chains and attachment, and clears
     /// their impulses.
-    pub(crate) fn take_out(&mut self, line: u32) {
+    pub(crate) fn take_out(&mut self, solver_row: u32) {
         for block in self.colors.iter_mut().flat_map(|color| &mut color.blocks) {
             for lane in 0..LANES {
-                if block.row_a[lane] == line || block.row_b[lane] == line {
+                if block.row_a[lane] == solver_row || block.row_b[lane] == solver_row {
                     block.impulse[lane] = 0.0;
                     let n = [0.0, 1.0, 0.0];
                     (0..3).for_each(|k| (block.n[k][lane], block.gap[k][lane]) = (n[k], 0.0));
                 }
             }
         }
-        if let Some(number) = self.at(line).attachment.checked_sub(1) {
+        if let Some(number) = self.at(solver_row).attachment.checked_sub(1) {
             self.attachments[number as usize].impulse = Vec3::ZERO;
         }
-        self.touches.retain(|touch| touch.line != line);
+        self.touches.retain(|touch| touch.solver_row != solver_row);
         self.chains_changed = true;
     }
 
-    /// Adds a link between the particles of two lines.
+    /// Adds a link between two particles.
     pub(crate) fn insert_link(
         &mut self,
         [a, b]: [u32; 2],
@@ -224,8 +224,8 @@ impl Particles {
         let used = self.at(a).colors | self.at(b).colors;
         let color = ((!used).trailing_zeros() as usize).min(CROWD);
         let bit = if color < CROWD { 1 << color } else { 0 };
-        for line in [a, b] {
-            let particle = self.at_mut(line);
+        for solver_row in [a, b] {
+            let particle = self.at_mut(solver_row);
             particle.colors |= bit;
             particle.links += 1;
         }
@@ -267,8 +267,8 @@ impl Particles {
         self.strands_changed = true;
         self.chains_changed = true;
         let bit = if (link.color as usize) < CROWD { 1_u64 << link.color } else { 0 };
-        for line in ends {
-            let particle = self.at_mut(line);
+        for solver_row in ends {
+            let particle = self.at_mut(solver_row);
             particle.colors &= !bit;
             particle.links -= 1;
         }
@@ -283,7 +283,7 @@ impl Particles {
     /// Attaches a particle to a point of a body.
     pub(crate) fn attach(&mut self, attachment: Attachment) {
         self.chains_changed = true;
-        let at = match self.at(attachment.line).attachment {
+        let at = match self.at(attachment.solver_row).attachment {
             0 => {
                 self.attachments.push(attachment);
                 number(self.attachments.len())
@@ -293,39 +293,39 @@ impl Particles {
                 old
             }
         };
-        self.at_mut(attachment.line).attachment = at;
+        self.at_mut(attachment.solver_row).attachment = at;
     }
 
     /// Detaches a particle; false if it was not attached. Later attachments move up and keep their
     /// order.
-    pub(crate) fn detach(&mut self, line: u32) -> bool {
-        let at = core::mem::take(&mut self.at_mut(line).attachment);
+    pub(crate) fn detach(&mut self, solver_row: u32) -> bool {
+        let at = core::mem::take(&mut self.at_mut(solver_row).attachment);
         if at == 0 {
             return false;
         }
         self.chains_changed = true;
         self.attachments.remove(at as usize - 1);
         for i in at as usize - 1..self.attachments.len() {
-            let line = self.attachments[i].line;
-            self.at_mut(line).attachment -= 1;
+            let solver_row = self.attachments[i].solver_row;
+            self.at_mut(solver_row).attachment -= 1;
         }
         true
     }
 
     /// Wakes the strand of a frozen particle, or only the particle if it is awake.
-    pub(crate) fn wake(&mut self, line: u32) {
-        if self.at(line).frozen {
-            self.wake_strand(line);
+    pub(crate) fn wake(&mut self, solver_row: u32) {
+        if self.at(solver_row).frozen {
+            self.wake_strand(solver_row);
         } else {
-            self.wake_one(line);
+            self.wake_one(solver_row);
         }
     }
 
     /// Wakes the strand of a particle even if the particle is not frozen, because an attached body
     /// may be asleep.
-    pub(crate) fn wake_strand(&mut self, line: u32) {
+    pub(crate) fn wake_strand(&mut self, solver_row: u32) {
         self.find_strands();
-        let strand = self.at(line).strand;
+        let strand = self.at(solver_row).strand;
         for particle in self.rows.values_mut().iter_mut().flatten() {
             if particle.strand == strand {
                 (particle.frozen, particle.still_time) = (false, 0.0);
@@ -333,8 +333,8 @@ impl Particles {
         }
     }
 
-    pub(crate) fn wake_one(&mut self, line: u32) {
-        let particle = self.at_mut(line);
+    pub(crate) fn wake_one(&mut self, solver_row: u32) {
+        let particle = self.at_mut(solver_row);
         (particle.frozen, particle.still_time) = (false, 0.0);
     }
 

@@ -74,7 +74,7 @@ pub(crate) fn advance_poses(
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
-    lines: &Solved,
+    solved: &Solved,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
@@ -92,7 +92,7 @@ pub(crate) fn advance_poses(
     collect_ranges(jobs, awake.len(), least, found, |range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
-            let before = advance(ctx, flock, &bodies, lines);
+            let before = advance(ctx, flock, &bodies, solved);
             for (k, (row, (center, rotation))) in flock.iter().zip(before).enumerate() {
                 if let Some(soon) = flock.get(k + PREFETCH) {
                     ask_for_shapes(ctx, *soon, &bodies, &table);
@@ -103,7 +103,7 @@ pub(crate) fn advance_poses(
                 }
                 body.history.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
                 let known = stillness.row(*row as usize);
-                let parting = lines.parting(body.is_dynamic(), *row);
+                let parting = solved.parting(body.is_dynamic(), *row);
                 rate_stillness(ctx, sleep, (by_energy, parting), body, known);
                 still |= body.can_sleep && body.sleep.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
@@ -232,14 +232,14 @@ fn advance(
     ctx: &StepContext,
     flock: &[u32],
     bodies: &Rows<'_, Option<Body>>,
-    lines: &Solved,
+    solved: &Solved,
 ) -> [(Vec3, Quat); FLOCK] {
     let mut before = [(Vec3::ZERO, Quat::IDENTITY); FLOCK];
     let mut spins = Spins::default();
     for (row, before) in flock.iter().zip(&mut before) {
         let Some(body) = bodies.row(*row as usize) else { continue };
         *before = (body.center, body.rotation);
-        if move_body(ctx, body, *row, lines) {
+        if move_body(ctx, body, *row, solved) {
             spins.add(ctx, *row, body.inertia.moments, bodies);
         }
     }
@@ -248,24 +248,24 @@ fn advance(
 }
 
 /// Moves a body; true if its free rotation remains to be computed.
-fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &Solved) -> bool {
-    let line = lines.line_of[row as usize] as usize;
+fn move_body(ctx: &StepContext, body: &mut Body, row: u32, solved: &Solved) -> bool {
+    let solver_row = solved.solver_row_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {
         body.center += body.v * ctx.dt;
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
         return false;
     }
-    if line == 0 || lines.flew(line) {
+    if solver_row == 0 || solved.flew(solver_row) {
         return flight::fly(ctx, body);
     }
-    let (before, squeeze) = (body.v, &lines.squeezes[line]);
-    let aux = (&lines.aux[line], squeeze.factor);
+    let (before, squeeze) = (body.v, &solved.squeezes[solver_row]);
+    let aux = (&solved.aux[solver_row], squeeze.factor);
     integrate::unwhiten(
         ctx,
-        &lines.lines[line],
-        &lines.whitening[line],
+        &solved.solver_bodies[solver_row],
+        &solved.whitening[solver_row],
         aux,
-        lines.end(line),
+        solved.end(solver_row),
         body,
     );
     integrate::note_load(ctx, squeeze, before, body);

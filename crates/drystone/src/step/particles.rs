@@ -2,7 +2,7 @@
 //! others nor to moving bodies.
 //!
 //! Reads: bodies, shapes, bounds. Writes: particles; wakes bodies that particles touch or hold.
-//! Runs: in parallel over particles; results are merged in the order of their lines. Links,
+//! Runs: in parallel over particles; results are merged in the order of their rows. Links,
 //! attachments and contacts with moving bodies are solved in the solver's substeps (`pace`,
 //! `links`, `chain`, `points`, `rows`), and [`settle`](settle::settle) ends their step. Invariants:
 //! a color of links touches a particle once; every other particle is written by its own chunk only.
@@ -27,7 +27,7 @@ use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
-use crate::state::particles::{ParticleLine, Particles};
+use crate::state::particles::{ParticleState, Particles};
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
@@ -69,7 +69,7 @@ pub(crate) fn meet_shapes(
     thaw(particles, sets.bodies, bounds, shapes, ctx, s, jobs);
     for i in 0..particles.attachments.len() {
         let held = particles.attachments[i];
-        let particle = particles.at(held.line);
+        let particle = particles.at(held.solver_row);
         // A still particle lets the body sleep, and then freezes.
         let moving = moves(particle) && particle.still_time <= 0.0;
         if moving && sets.bodies.at(held.body).is_dynamic() {
@@ -119,27 +119,27 @@ fn thaw(
     let n = rows.slot_count();
     collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
         for slot in range {
-            let line = number(slot) + 1;
-            if let Some(particle) = rows.at(line - 1)
+            let solver_row = number(slot) + 1;
+            if let Some(particle) = rows.at(solver_row - 1)
                 && particle.frozen
-                && around.is_disturbed(line, particle)
+                && around.is_disturbed(solver_row, particle)
             {
-                out.push(Found::Thaws(line));
+                out.push(Found::Thaws(solver_row));
             }
         }
     });
     s.thawed.extend(s.found.iter().flatten().filter_map(|found| match found {
-        Found::Thaws(line) => Some(*line),
+        Found::Thaws(solver_row) => Some(*solver_row),
         _ => None,
     }));
     for held in &particles.attachments {
-        if particles.at(held.line).frozen && bodies.at(held.body).active() {
-            s.thawed.push(held.line);
+        if particles.at(held.solver_row).frozen && bodies.at(held.body).active() {
+            s.thawed.push(held.solver_row);
         }
     }
-    for line in &s.thawed {
-        if particles.at(*line).frozen {
-            particles.wake(*line);
+    for solver_row in &s.thawed {
+        if particles.at(*solver_row).frozen {
+            particles.wake(*solver_row);
         }
     }
 }
@@ -157,7 +157,7 @@ fn search(
     let attachments = &particles.attachments;
     // SAFETY: each slot is in one range, and lines and places are those of the slot.
     let apart = unsafe { Apart::promise() };
-    let lines = Rows::new(&mut particles.lines, apart);
+    let states = Rows::new(&mut particles.states, apart);
     let n = particles.rows.slot_count();
     let rows = Rows::new(particles.rows.values_mut(), apart);
     let x = Rows::new(&mut particles.x, apart);
@@ -167,24 +167,24 @@ fn search(
         for slot in range {
             let Some(particle) = rows.row(slot) else { continue };
             let number = number(slot) + 1;
-            let line = lines.row(slot + 1);
-            line.x = if particle.faulted { ParticleLine::OUT } else { [0.0; 4] };
+            let state = states.row(slot + 1);
+            state.x = if particle.faulted { ParticleState::OUT } else { [0.0; 4] };
             if particle.frozen || particle.faulted {
                 continue;
             }
             let place = x.row(slot + 1);
             let held = particle.attachment.checked_sub(1).map(|i| attachments[i as usize].body);
-            let path = fly::path(ctx, particle, line);
+            let path = fly::path(ctx, particle, state);
             around.look(number, place, particle, path.way, held, &mut near);
             let free = particle.links == 0 && held.is_none();
             let pushes = near.meetings().iter().any(|m| m.pushes || (m.asleep && !m.rests));
             if free && !pushes {
-                if !fly::fly(ctx, particle, line, place, &path, &near, &around) {
+                if !fly::fly(ctx, particle, state, place, &path, &near, &around) {
                     out.push(Found::Fault(number));
                 }
                 continue;
             }
-            line.x[3] = 1.0;
+            state.x[3] = 1.0;
             out.push(Found::Tied(number));
             for meeting in near.meetings() {
                 out.push(Found::Meets(*meeting));
@@ -199,9 +199,9 @@ fn search(
 fn gather(s: &mut Scratch) {
     for found in s.found.iter().flatten() {
         match found {
-            Found::Tied(line) => s.tied.push(*line),
+            Found::Tied(solver_row) => s.tied.push(*solver_row),
             Found::Meets(meeting) => s.meetings.push(*meeting),
-            Found::Fault(line) => s.faults.push(*line),
+            Found::Fault(solver_row) => s.faults.push(*solver_row),
             Found::Wakes(_) | Found::Thaws(_) => {}
         }
     }
@@ -210,7 +210,7 @@ fn gather(s: &mut Scratch) {
 /// Marks bodies that particles push: they need a row in the solver.
 fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
     let met = s.meetings.iter().filter(|m| m.pushes).map(|m| m.body);
-    let held = particles.attachments.iter().filter(|a| !particles.at(a.line).frozen);
+    let held = particles.attachments.iter().filter(|a| !particles.at(a.solver_row).frozen);
     for row in met.chain(held.map(|a| a.body)) {
         let body = sets.bodies.at_mut(row);
         if body.is_dynamic() && body.active() && !body.record.dragged {

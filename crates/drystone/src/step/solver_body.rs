@@ -28,10 +28,10 @@ pub(crate) fn whitened(v: Vec3, alpha: f32) -> [f32; 4] {
 /// Velocity of a solver body that began with velocity `v`. A small change is added to `v` instead,
 /// since √m v / √m is not exactly v. Otherwise an undisturbed body gained or lost up to 6e-8 of its
 /// speed in every step, always in the same direction.
-pub(crate) fn unwhitened(v: Vec3, line: &SolverBody, alpha: f32) -> Vec3 {
-    let (start, mut end) = (whitened(v, alpha), three(line.v) * alpha);
+pub(crate) fn unwhitened(v: Vec3, solver_body: &SolverBody, alpha: f32) -> Vec3 {
+    let (start, mut end) = (whitened(v, alpha), three(solver_body.v) * alpha);
     for i in 0..3 {
-        let change = line.v[i] - start[i];
+        let change = solver_body.v[i] - start[i];
         if change.abs() < 0.5 * start[i].abs() {
             end[i] = v[i] + change * alpha;
         }
@@ -120,10 +120,10 @@ pub(crate) fn read_lanes<'a, T: Sync>(
 #[inline(always)]
 pub(crate) fn load_velocity<S: Simd>(
     simd: S,
-    lines: &ReadRows<'_, SolverBody>,
+    solver_bodies: &ReadRows<'_, SolverBody>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let of = read_lanes(lines, rows);
+    let of = read_lanes(solver_bodies, rows);
     let (mut v, mut w) = ([&of[0].v; LANES], [&of[0].w; LANES]);
     for lane in 1..LANES {
         (v[lane], w[lane]) = (&of[lane].v, &of[lane].w);
@@ -135,10 +135,10 @@ pub(crate) fn load_velocity<S: Simd>(
 #[inline(always)]
 pub(crate) fn load_motion<S: Simd>(
     simd: S,
-    lines: &ReadRows<'_, SolverBody>,
+    solver_bodies: &ReadRows<'_, SolverBody>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let of = read_lanes(lines, rows);
+    let of = read_lanes(solver_bodies, rows);
     let (mut x, mut t) = ([&of[0].x; LANES], [&of[0].t; LANES]);
     for lane in 1..LANES {
         (x[lane], t[lane]) = (&of[lane].x, &of[lane].t);
@@ -150,7 +150,7 @@ pub(crate) fn load_motion<S: Simd>(
 #[inline(always)]
 pub(crate) fn store_velocity<S: Simd>(
     simd: S,
-    lines: &Rows<'_, SolverBody>,
+    solver_bodies: &Rows<'_, SolverBody>,
     rows: &[u32; LANES],
     velocity: Velocity<S>,
 ) {
@@ -158,9 +158,9 @@ pub(crate) fn store_velocity<S: Simd>(
     let w: [f32x4<S>; LANES] = scatter(simd, velocity.w);
     for i in 0..LANES {
         if rows[i] != 0 {
-            let line = lines.row(rows[i] as usize);
-            v[i].store_array(&mut line.v);
-            w[i].store_array(&mut line.w);
+            let solver_body = solver_bodies.row(rows[i] as usize);
+            v[i].store_array(&mut solver_body.v);
+            w[i].store_array(&mut solver_body.w);
         }
     }
 }

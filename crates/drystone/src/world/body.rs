@@ -279,7 +279,7 @@ impl<'w> BodyMut<'w> {
         let particles = &mut self.world.tables.particles;
         for i in 0..particles.attachments.len() {
             if particles.attachments[i].body == self.row {
-                particles.wake_strand(particles.attachments[i].line);
+                particles.wake_strand(particles.attachments[i].solver_row);
             }
         }
     }

@@ -77,8 +77,9 @@ impl World {
         let is_within = |place: Vec3, most: f32| (place - origin).is_below(most);
         let kept = limits::POSITION_KEPT.most;
         let bodies = bodies.rows.iter().all(|(_, body)| is_within(body.center, kept));
-        let lines = particles.rows.iter().map(|(id, _)| id.index() + 1);
-        let particles = lines.map(|line| particles.position(line)).all(|at| is_within(at, kept));
+        let states = particles.rows.iter().map(|(id, _)| id.index() + 1);
+        let particles =
+            states.map(|solver_row| particles.position(solver_row)).all(|at| is_within(at, kept));
         let pulleys = joints.rows.iter().all(|(_, joint)| match &joint.link {
             Link::Pulley(pulley) => {
                 pulley.points.iter().all(|point| is_within(*point, limits::POSITION.most))

@@ -25,7 +25,7 @@ pub struct ParticleRef<'w> {
 }
 
 impl ParticleRef<'_> {
-    const fn line(&self) -> usize {
+    const fn solver_row(&self) -> usize {
         self.id.index() as usize + 1
     }
 
@@ -44,7 +44,7 @@ impl ParticleRef<'_> {
     /// Its velocity [m/s, world].
     #[must_use]
     pub fn velocity(&self) -> Vec3 {
-        self.tables.particles.lines[self.line()].velocity()
+        self.tables.particles.states[self.solver_row()].velocity()
     }
 
     /// Its mass [kg], also while it is pinned.
@@ -56,7 +56,7 @@ impl ParticleRef<'_> {
     /// Distance that its center keeps from shapes [m].
     #[must_use]
     pub fn radius(&self) -> f32 {
-        self.tables.particles.x[self.line()][3]
+        self.tables.particles.x[self.solver_row()][3]
     }
 
     /// True if it is pinned: it moves only at its own velocity.
@@ -122,7 +122,7 @@ impl ParticleRef<'_> {
 #[derive(Debug)]
 pub struct ParticleMut<'w> {
     pub(super) world: &'w mut World,
-    line: u32,
+    solver_row: u32,
     id: ParticleId,
 }
 
@@ -131,22 +131,22 @@ impl ParticleMut<'_> {
     #[must_use]
     pub fn get(&self) -> ParticleRef<'_> {
         let tables = &self.world.tables;
-        let particle = tables.particles.at(self.line);
+        let particle = tables.particles.at(self.solver_row);
         ParticleRef { tables, particle, id: self.id, h: tables.particles.last_h }
     }
 
     fn touch(&mut self) -> &mut Particle {
         let particles = &mut self.world.tables.particles;
-        let particle = particles.at_mut(self.line);
+        let particle = particles.at_mut(self.solver_row);
         particle.room = 0.0;
         if core::mem::replace(&mut particle.faulted, false) {
             // It belongs to the strand of its links again, which may be at rest.
             particles.chains_changed = true;
-            particles.wake_strand(self.line);
+            particles.wake_strand(self.solver_row);
         } else {
-            particles.wake(self.line);
+            particles.wake(self.solver_row);
         }
-        particles.at_mut(self.line)
+        particles.at_mut(self.solver_row)
     }
 
     /// See [`Self::set_position`].
@@ -154,7 +154,7 @@ impl ParticleMut<'_> {
         let x = x.into();
         position("position", x)?;
         self.touch();
-        let place = &mut self.world.tables.particles.x[self.line as usize];
+        let place = &mut self.world.tables.particles.x[self.solver_row as usize];
         *place = [x.x, x.y, x.z, place[3]];
         Ok(())
     }
@@ -164,7 +164,7 @@ impl ParticleMut<'_> {
         let v = v.into();
         velocity("velocity", v)?;
         self.touch();
-        self.world.tables.particles.lines[self.line as usize].set_velocity(v);
+        self.world.tables.particles.states[self.solver_row as usize].set_velocity(v);
         Ok(())
     }
 
@@ -172,8 +172,8 @@ impl ParticleMut<'_> {
     pub(super) fn try_apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
         let impulse = impulse.into();
         finite_vec("impulse", impulse)?;
-        let line = &self.world.tables.particles.lines[self.line as usize];
-        let v = line.velocity() + impulse * line.inverse_mass();
+        let state = &self.world.tables.particles.states[self.solver_row as usize];
+        let v = state.velocity() + impulse * state.inverse_mass();
         velocity("velocity", v)?;
         self.try_set_velocity(v)
     }
@@ -187,7 +187,7 @@ impl ParticleMut<'_> {
         let particle = self.touch();
         particle.mass = mass;
         let inverse = if particle.pinned { 0.0 } else { 1.0 / mass };
-        self.world.tables.particles.lines[self.line as usize].v[3] = inverse;
+        self.world.tables.particles.states[self.solver_row as usize].v[3] = inverse;
         Ok(())
     }
 
@@ -207,11 +207,11 @@ impl ParticleMut<'_> {
                 "a body of this world",
             ));
         };
-        let line = self.line;
+        let solver_row = self.solver_row;
         let anchor = point - self.world.tables.bodies.at(row).inertia.local_center;
         let particles = &mut self.world.tables.particles;
-        particles.wake(line);
-        particles.attach(Attachment { line, body: row, anchor, impulse: Vec3::ZERO });
+        particles.wake(solver_row);
+        particles.attach(Attachment { solver_row, body: row, anchor, impulse: Vec3::ZERO });
         self.world.sets().wake(row);
         Ok(())
     }
@@ -219,10 +219,12 @@ impl ParticleMut<'_> {
     /// Detaches it from its body, and wakes both. False if it is not attached.
     pub fn detach(&mut self) -> bool {
         let particles = &mut self.world.tables.particles;
-        let Some(number) = particles.at(self.line).attachment.checked_sub(1) else { return false };
+        let Some(number) = particles.at(self.solver_row).attachment.checked_sub(1) else {
+            return false;
+        };
         let body = particles.attachments[number as usize].body;
-        particles.wake_strand(self.line);
-        particles.detach(self.line);
+        particles.wake_strand(self.solver_row);
+        particles.detach(self.solver_row);
         self.world.sets().wake(body);
         true
     }
@@ -232,7 +234,7 @@ impl ParticleMut<'_> {
         let particle = self.touch();
         particle.pinned = pinned;
         let inverse = if pinned { 0.0 } else { 1.0 / particle.mass };
-        self.world.tables.particles.lines[self.line as usize].v[3] = inverse;
+        self.world.tables.particles.states[self.solver_row as usize].v[3] = inverse;
     }
 }
 
@@ -267,12 +269,12 @@ impl World {
     pub fn remove_particle(&mut self, id: ParticleId) -> bool {
         let particles = &mut self.tables.particles;
         let Some(slot) = particles.rows.row(id) else { return false };
-        let line = slot + 1;
-        particles.wake(line);
-        if particles.at(line).links > 0 {
+        let solver_row = slot + 1;
+        particles.wake(solver_row);
+        if particles.at(solver_row).links > 0 {
             let ends_here = |link: &Link| {
                 let (block, lane) = particles.block_of(link);
-                block.row_a[lane] == line || block.row_b[lane] == line
+                block.row_a[lane] == solver_row || block.row_b[lane] == solver_row
             };
             let links = particles.links.iter().filter(|(_, link)| ends_here(link));
             let links: Vec<LinkId> = links.map(|(id, _)| id).collect();
@@ -292,14 +294,15 @@ impl World {
         let particles = &mut self.tables.particles;
         let mut i = 0;
         while let Some(held) = particles.attachments.get(i) {
-            let line = held.line;
+            let solver_row = held.solver_row;
             if held.body != body {
                 i += 1;
                 continue;
             }
-            particles.wake_strand(line);
-            particles.detach(line);
-            let id = particles.rows.id_at(line - 1).expect("attachments are of living particles");
+            particles.wake_strand(solver_row);
+            particles.detach(solver_row);
+            let id =
+                particles.rows.id_at(solver_row - 1).expect("attachments are of living particles");
             self.pending.detached.push(id);
         }
     }
@@ -315,8 +318,8 @@ impl World {
     /// The particle for changes, unless it was removed.
     #[must_use]
     pub fn particle_mut(&mut self, id: ParticleId) -> Option<ParticleMut<'_>> {
-        let line = self.tables.particles.rows.row(id)? + 1;
-        Some(ParticleMut { world: self, line, id })
+        let solver_row = self.tables.particles.rows.row(id)? + 1;
+        Some(ParticleMut { world: self, solver_row, id })
     }
 
     /// All particles in the order of their slots.
@@ -338,8 +341,8 @@ impl Particles {
     /// The words of the particles for the state hash.
     pub(super) fn words(&self) -> impl Iterator<Item = (u32, Vec3, Vec3)> {
         self.rows.iter().map(|(id, _)| {
-            let line = id.index() + 1;
-            (id.index(), self.position(line), self.lines[line as usize].velocity())
+            let solver_row = id.index() + 1;
+            (id.index(), self.position(solver_row), self.states[solver_row as usize].velocity())
         })
     }
 }

@@ -144,9 +144,9 @@ fn particles(tables: &Tables) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
     let table = &tables.particles;
     let free = table.rows.iter().filter(|(_, particle)| !particle.pinned);
     free.map(|(id, particle)| {
-        let line = id.index() + 1;
-        let v = table.lines[line as usize].velocity();
-        (f64::from(particle.mass), DVec3::from(table.position(line)), DVec3::from(v))
+        let row = id.index() + 1;
+        let v = table.states[row as usize].velocity();
+        (f64::from(particle.mass), DVec3::from(table.position(row)), DVec3::from(v))
     })
 }
 

@@ -41,7 +41,7 @@ pub(crate) struct Particle {
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(32))]
-pub(crate) struct ParticleLine {
+pub(crate) struct ParticleState {
     /// Velocity [m/s, world], and 1/mass [1/kg], 0 if it is pinned.
     pub(crate) v: [f32; 4],
     /// Displacement since the step's start [m], and 1 if it moves in this step; -1 if it was put
@@ -49,7 +49,7 @@ pub(crate) struct ParticleLine {
     pub(crate) x: [f32; 4],
 }
 
-impl ParticleLine {
+impl ParticleState {
     /// Displacement of a particle that was put aside.
     pub(crate) const OUT: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
 
@@ -198,7 +198,7 @@ pub(crate) const CROWD: usize = COLORS - 1;
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Attachment {
     /// Line of the particle.
-    pub(crate) line: u32,
+    pub(crate) solver_row: u32,
     pub(crate) body: u32,
     /// Anchor [m, frame of the body's center of mass].
     pub(crate) anchor: Vec3,
@@ -210,7 +210,7 @@ pub(crate) struct Attachment {
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Touch {
-    pub(crate) line: u32,
+    pub(crate) solver_row: u32,
     pub(crate) shape: u32,
     /// Impulse of a substep on the particle, along the normal and along the surface [N s].
     pub(crate) press: f32,

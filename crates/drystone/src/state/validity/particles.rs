@@ -10,20 +10,20 @@ use crate::state::particles::{CROWD, LaneKind, LinkColor, Particles};
 
 /// Touches need no check, because they are only compared with new ones.
 pub(crate) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
-    let Particles { rows, lines, x, links, colors, attachments, .. } = particles;
+    let Particles { rows, states, x, links, colors, attachments, .. } = particles;
     rows.check()?;
     links.check()?;
     let slots = rows.slot_count();
-    let fits = lines.len() == x.len() && lines.len() == if slots == 0 { 0 } else { slots + 1 };
-    holds(fits, "particles have not one line each")?;
-    let lives = |line: u32| line > 0 && rows.at(line - 1).is_some();
+    let fits = states.len() == x.len() && states.len() == if slots == 0 { 0 } else { slots + 1 };
+    holds(fits, "particles have not one solver_row each")?;
+    let lives = |solver_row: u32| solver_row > 0 && rows.at(solver_row - 1).is_some();
     for (id, p) in rows.iter() {
-        let line = id.index() + 1;
-        let (at, [.., radius]) = (particles.position(line), x[line as usize]);
+        let solver_row = id.index() + 1;
+        let (at, [.., radius]) = (particles.position(solver_row), x[solver_row as usize]);
         holds(is_place(at) && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
         check_mass(p.mass).map_err(|_| "a particle has no mass that can be")?;
         p.material.validate().map_err(|_| "a material is out of range")?;
-        let row = &lines[line as usize];
+        let row = &states[solver_row as usize];
         holds(all_finite(row.v.iter().chain(&row.x)), "a particle moves by no number")?;
         let inverse = row.inverse_mass();
         holds(inverse.is_finite() && inverse >= 0.0, "a particle has no mass that can be")?;
@@ -31,19 +31,21 @@ pub(crate) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
         let sound = sound && limits::GRAVITY_SCALE.admits(p.gravity_scale);
         holds(sound, "a number of a particle is out of range")?;
         // Strands that will be searched again may refer to removed particles.
-        let strand = particles.strands_changed || lives(p.strand) && p.strand <= line;
+        let strand = particles.strands_changed || lives(p.strand) && p.strand <= solver_row;
         holds(strand, "a particle is of no strand")?;
         let held = p.attachment == 0
-            || attachments.get(p.attachment as usize - 1).is_some_and(|a| a.line == line);
+            || attachments
+                .get(p.attachment as usize - 1)
+                .is_some_and(|a| a.solver_row == solver_row);
         holds(held, "a particle is not held where it says")?;
     }
     for (number, a) in (1..).zip(attachments) {
-        let own = lives(a.line) && particles.at(a.line).attachment == number;
+        let own = lives(a.solver_row) && particles.at(a.solver_row).attachment == number;
         let body = bodies.rows.at(a.body).is_some() && is_place(a.anchor);
         holds(own && body && a.impulse.is_finite(), "an attachment is of nothing")?;
     }
     holds(colors.len() <= CROWD + 1, "links have too many colors")?;
-    let mut ends = vec![0_u32; lines.len()];
+    let mut ends = vec![0_u32; states.len()];
     let mut count = 0;
     for (number, color) in colors.iter().enumerate() {
         count += check_links(color, number, particles, &mut ends)?;
@@ -75,7 +77,7 @@ fn check_links(
     particles: &Particles,
     ends: &mut [u32],
 ) -> Result<usize, Unsound> {
-    let mut seen = Seen::none_of(particles.lines.len());
+    let mut seen = Seen::none_of(particles.states.len());
     let mut count = 0;
     for block in &color.blocks {
         for lane in 0..LANES {
@@ -85,9 +87,10 @@ fn check_links(
                 continue;
             }
             count += 1;
-            let lives = |line: u32| line > 0 && particles.rows.at(line - 1).is_some();
+            let lives =
+                |solver_row: u32| solver_row > 0 && particles.rows.at(solver_row - 1).is_some();
             holds(
-                both.iter().all(|line| lives(*line)) && both[0] != both[1],
+                both.iter().all(|solver_row| lives(*solver_row)) && both[0] != both[1],
                 "a link has no ends",
             )?;
             check_length(block.length[lane]).map_err(|_| "a link has no length that can be")?;
@@ -96,13 +99,14 @@ fn check_links(
             holds(kept, "a link has an impulse that is no number")?;
             let spring = [block.stiffness[lane], block.damping[lane]];
             holds(spring.iter().all(is_rate), "a link is out of range")?;
-            let [a, b] = both.map(|line| particles.at(line));
+            let [a, b] = both.map(|solver_row| particles.at(solver_row));
             let alike = a.frozen == b.frozen || a.faulted || b.faulted;
             holds(alike, "a link has one end at rest")?;
-            for line in both {
-                ends[line as usize] += 1;
+            for solver_row in both {
+                ends[solver_row as usize] += 1;
                 let alone = number == CROWD
-                    || seen.is_new(line) && particles.at(line).colors >> number & 1 == 1;
+                    || seen.is_new(solver_row)
+                        && particles.at(solver_row).colors >> number & 1 == 1;
                 holds(alone, "links of a color share a particle")?;
             }
         }
@@ -120,7 +124,7 @@ fn check_chains(particles: &Particles, taken: &[Seen]) -> Check {
     let chains = &particles.chains;
     holds(chains.colors.len() <= CROWD + 1, "chains have too many colors")?;
     for color in chains.colors.iter().chain([&chains.held]) {
-        let mut seen = Seen::none_of(particles.lines.len());
+        let mut seen = Seen::none_of(particles.states.len());
         for block in color {
             let free = core::ptr::eq(color, &raw const chains.held);
             check_chain(block, particles, taken, (!free).then_some(&mut seen))?;
@@ -142,9 +146,10 @@ fn check_chain(
     for lane in 0..LANES {
         let mut last = 0;
         for (row, spots) in block.spots.iter().enumerate() {
-            let (line, next) = (block.rows[row].line[lane], block.rows[row + 1].line[lane]);
+            let (solver_row, next) =
+                (block.rows[row].solver_row[lane], block.rows[row + 1].solver_row[lane]);
             let Some(spot) = spots[lane] else {
-                holds(line == last, "a chain has an end in its middle")?;
+                holds(solver_row == last, "a chain has an end in its middle")?;
                 last = 0;
                 continue;
             };
@@ -158,12 +163,15 @@ fn check_chain(
             let lane = usize::from(spot.lane);
             let (a, b) = (links.row_a[lane], links.row_b[lane]);
             let ends = if spot.turned { [b, a] } else { [a, b] };
-            holds(ends == [line, next] && links.chained[lane], "a chain is not of its links")?;
-            let alone = seen.as_mut().is_none_or(|seen| seen.is_new(line));
+            holds(
+                ends == [solver_row, next] && links.chained[lane],
+                "a chain is not of its links",
+            )?;
+            let alone = seen.as_mut().is_none_or(|seen| seen.is_new(solver_row));
             holds(alone, "chains of a color share a particle")?;
             last = next;
         }
-        let end = block.rows[block.spots.len()].line[lane];
+        let end = block.rows[block.spots.len()].solver_row[lane];
         holds(end == last, "a chain has an end in its middle")?;
         let alone = last == 0 || seen.as_mut().is_none_or(|seen| seen.is_new(last));
         holds(alone, "chains of a color share a particle")?;

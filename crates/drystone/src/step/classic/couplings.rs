@@ -46,8 +46,8 @@ impl Coupled {
         // Elapsed time is 0, because the movers already contain the motion of kinematic bodies.
         let now = self.source.now(self.c, |row| [movers[row].x, movers[row].t], 0.0);
         let (mut k, mut speed) = (0.0, 0.0);
-        for Part { line, v, w } in &now.parts {
-            let mover = &movers[*line];
+        for Part { solver_row, v, w } in &now.parts {
+            let mover = &movers[*solver_row];
             let (along, about) = (push(mover.inv_mass, *v), mover.turns_by(*w));
             k += if mover.frozen { 0.0 } else { v.dot(along) + w.dot(about) };
             speed += v.dot(mover.v) + w.dot(mover.w);
@@ -69,8 +69,8 @@ impl Coupled {
             return;
         }
         self.impulse = new;
-        for Part { line, v, w } in &now.parts {
-            let mover = &mut movers[*line];
+        for Part { solver_row, v, w } in &now.parts {
+            let mover = &mut movers[*solver_row];
             mover.take(Vec3::ZERO, *v * d);
             mover.take_turn(*w * d);
         }

@@ -86,11 +86,11 @@ impl Scratch {
     }
 
     /// Hands over to another method for this step; true if a classic one made the last step.
-    pub(crate) fn leave(&mut self, line_of: &mut [u32]) -> bool {
+    pub(crate) fn leave(&mut self, solver_row_of: &mut [u32]) -> bool {
         let was_here = core::mem::take(&mut self.was_here);
         if was_here {
             (self.residual, self.too_large, self.sweeps) = (0.0, false, 0);
-            line_of.fill(0);
+            solver_row_of.fill(0);
             self.begun.clear();
             self.given.clear();
         }
@@ -112,12 +112,12 @@ pub(crate) fn solve(
     let settings = method.settle().expect("options are checked when they are given");
     let c = scratch;
     c.was_here = true;
-    let line_of = &mut solved.line_of;
-    line_of.clear();
-    line_of.resize(input.bodies.rows.slot_count(), 0);
-    c.gather_bodies(ctx, &settings, input, line_of);
-    c.gather_pairs(ctx, input, contacts, colors, line_of);
-    c.gather_links(ctx, input, joints, colors, line_of);
+    let solver_row_of = &mut solved.solver_row_of;
+    solver_row_of.clear();
+    solver_row_of.resize(input.bodies.rows.slot_count(), 0);
+    c.gather_bodies(ctx, &settings, input, solver_row_of);
+    c.gather_pairs(ctx, input, contacts, colors, solver_row_of);
+    c.gather_links(ctx, input, joints, colors, solver_row_of);
     (c.sweeps, c.residual, c.too_large) = (0, 0.0, false);
     let converging = method.substep().iter().filter(|p| matches!(p, Pass::Converge)).count();
     #[expect(clippy::cast_possible_truncation, reason = "a method has a few passes")]
@@ -131,7 +131,7 @@ pub(crate) fn solve(
     }
     let Input { bodies, shapes, breakage, .. } = input;
     c.store(ctx, Askers { bodies, shapes, breakage }, contacts, joints);
-    c.write_lines(&settings, solved);
+    c.write_bodies(&settings, solved);
 }
 
 impl Scratch {
@@ -362,16 +362,21 @@ impl Scratch {
     }
 
     /// Writes the motion as solver bodies of mass and inertia one.
-    fn write_lines(&self, settings: &Settings, s: &mut Solved) {
+    fn write_bodies(&self, settings: &Settings, s: &mut Solved) {
         let one = Whitening::new(1.0, &Sym3::diagonal(Vec3::ONE));
         let four = |v: Vec3| [v.x, v.y, v.z, 0.0];
-        s.lines.clear();
+        s.solver_bodies.clear();
         s.whitening.clear();
         s.squeezes.clear();
         s.aux.clear();
         s.free.clear();
         for (i, m) in self.movers.iter().enumerate() {
-            s.lines.push(SolverBody { v: four(m.v), w: four(m.w), x: four(m.x), t: four(m.t) });
+            s.solver_bodies.push(SolverBody {
+                v: four(m.v),
+                w: four(m.w),
+                x: four(m.x),
+                t: four(m.t),
+            });
             s.whitening.push(one);
             s.aux.push(Aux::default());
             s.squeezes.push(Squeeze { factor: 1.0, ..Squeeze::default() });

@@ -30,7 +30,7 @@ use crate::base::simd::wide::{
 use crate::base::sym3::Sym3;
 use crate::base::threads::disjoint::{ReadRows, Rows};
 use crate::state::chains::{ChainBlock, ChainRow};
-use crate::state::particles::{LinkColor, ParticleLine};
+use crate::state::particles::{LinkColor, ParticleState};
 use crate::step::solver_body::read_lanes;
 
 /// Maximum number of times that a pass updates the set of slack threads.
@@ -98,13 +98,13 @@ pub(crate) fn solve<S: Simd>(
     simd: S,
     rows: &mut [ChainRow],
     ends: Option<&Ends>,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
     first: bool,
 ) -> [Vec3; 2] {
     let (zero, h) = (splat(simd, 0.0), splat(simd, pace.h));
     let keep = splat(simd, if first { pace.keep } else { 1.0 });
-    read(simd, rows, lines);
+    read(simd, rows, states);
     for i in 1..rows.len() {
         let (a, b) = pair(rows, i);
         let old = load(simd, &a.impulse) * keep;
@@ -146,7 +146,7 @@ pub(crate) fn solve<S: Simd>(
     system(simd, rows, ends);
     pull(simd, rows, pace.chain_give, pace.chain_give);
     let pulled = push(simd, rows, ends);
-    write(simd, rows, lines);
+    write(simd, rows, states);
     [turned[0] + pulled[0], turned[1] + pulled[1]]
 }
 
@@ -156,11 +156,11 @@ pub(crate) fn relax<S: Simd>(
     simd: S,
     rows: &mut [ChainRow],
     ends: Option<&Ends>,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
 ) -> [Vec3; 2] {
     let (zero, half) = (splat(simd, 0.0), splat(simd, 0.5 * pace.h));
-    read(simd, rows, lines);
+    read(simd, rows, states);
     for i in 1..rows.len() {
         let (a, b) = pair(rows, i);
         let now = Vec3w::load(simd, &a.work.now);
@@ -175,7 +175,7 @@ pub(crate) fn relax<S: Simd>(
     system(simd, rows, ends);
     pull(simd, rows, GIVE, 0.0);
     let pulled = push(simd, rows, ends);
-    write(simd, rows, lines);
+    write(simd, rows, states);
     pulled
 }
 
@@ -188,10 +188,10 @@ fn pair(rows: &mut [ChainRow], i: usize) -> (&mut ChainRow, &mut ChainRow) {
 
 /// Reads velocities, and vectors from particle to particle.
 #[inline(always)]
-fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &ReadRows<'_, ParticleLine>) {
+fn read<S: Simd>(simd: S, rows: &mut [ChainRow], states: &ReadRows<'_, ParticleState>) {
     let mut before = Vec3w::zero(simd);
     for i in 0..rows.len() {
-        let of = read_lanes(lines, &rows[i].line);
+        let of = read_lanes(states, &rows[i].solver_row);
         let (mut v, mut x) = ([&of[0].v; LANES], [&of[0].x; LANES]);
         for lane in 1..LANES {
             (v[lane], x[lane]) = (&of[lane].v, &of[lane].x);
@@ -211,13 +211,13 @@ fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &ReadRows<'_, ParticleLi
 
 /// Writes velocities back. Line 0 is shared by all, and is never written.
 #[inline(always)]
-fn write<S: Simd>(simd: S, rows: &[ChainRow], lines: &Rows<'_, ParticleLine>) {
+fn write<S: Simd>(simd: S, rows: &[ChainRow], states: &Rows<'_, ParticleState>) {
     for row in rows {
         let v = Vec3w::load(simd, &row.work.v);
         let v: [f32x4<S>; LANES] = scatter4([v.x, v.y, v.z, load(simd, &row.work.w)]);
         for lane in 0..LANES {
-            if row.line[lane] != 0 {
-                v[lane].store_array(&mut lines.row(row.line[lane] as usize).v);
+            if row.solver_row[lane] != 0 {
+                v[lane].store_array(&mut states.row(row.solver_row[lane] as usize).v);
             }
         }
     }

@@ -7,7 +7,7 @@
 use super::meet::{Around, Meeting, Near};
 use crate::base::limits;
 use crate::base::math::{Vec3, greater, vec3};
-use crate::state::particles::{Particle, ParticleLine};
+use crate::state::particles::{Particle, ParticleState};
 use crate::step::context::StepContext;
 use crate::step::context::softness::decay;
 
@@ -30,9 +30,9 @@ pub(super) struct Path {
 }
 
 /// The free path of a particle.
-pub(super) fn path(ctx: &StepContext, particle: &Particle, line: &ParticleLine) -> Path {
-    let start = line.velocity();
-    if line.inverse_mass() <= 0.0 {
+pub(super) fn path(ctx: &StepContext, particle: &Particle, state: &ParticleState) -> Path {
+    let start = state.velocity();
+    if state.inverse_mass() <= 0.0 {
         return Path { acceleration: Vec3::ZERO, v: start, way: start * ctx.dt };
     }
     let acceleration = ctx.gravity * particle.gravity_scale;
@@ -45,7 +45,7 @@ pub(super) fn path(ctx: &StepContext, particle: &Particle, line: &ParticleLine) 
 pub(super) fn fly(
     ctx: &StepContext,
     particle: &mut Particle,
-    line: &mut ParticleLine,
+    state: &mut ParticleState,
     place: &mut [f32; 4],
     path: &Path,
     near: &Near,
@@ -54,8 +54,8 @@ pub(super) fn fly(
     let x = vec3(place[0], place[1], place[2]);
     let (mut v, mut way) = (path.v, path.way);
     // A pinned particle moves with its velocity.
-    if line.inverse_mass() > 0.0 && !near.meetings().is_empty() {
-        (v, way) = deflected(ctx, line.velocity(), path, near.meetings());
+    if state.inverse_mass() > 0.0 && !near.meetings().is_empty() {
+        (v, way) = deflected(ctx, state.velocity(), path, near.meetings());
         // This path differs from the one along which shapes were searched.
         if way.length() > place[3]
             && let Some((part, n)) = around.crossing(x, way, particle, None)
@@ -68,11 +68,11 @@ pub(super) fn fly(
     }
     let end = x + way;
     if !is_computable(end, v) {
-        put_aside(particle, line);
+        put_aside(particle, state);
         return false;
     }
     *place = [end.x, end.y, end.z, place[3]];
-    line.set_velocity(v);
+    state.set_velocity(v);
     particle.room -= way.length();
     true
 }
@@ -83,10 +83,10 @@ pub(super) fn is_computable(x: Vec3, v: Vec3) -> bool {
 }
 
 /// Stops a particle whose state became non-finite.
-pub(super) fn put_aside(particle: &mut Particle, line: &mut ParticleLine) {
+pub(super) fn put_aside(particle: &mut Particle, state: &mut ParticleState) {
     particle.faulted = true;
-    line.set_velocity(Vec3::ZERO);
-    line.x = ParticleLine::OUT;
+    state.set_velocity(Vec3::ZERO);
+    state.x = ParticleState::OUT;
 }
 
 /// Velocity at the end, and displacement, with planes in the path.

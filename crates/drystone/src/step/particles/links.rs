@@ -13,7 +13,7 @@ use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
 use crate::base::threads::disjoint::{ReadRows, Rows};
-use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
+use crate::state::particles::{LaneKind, LinkBlock, ParticleState};
 use crate::step::context::softness::Softness;
 use crate::step::solver_body::read_lanes;
 
@@ -31,8 +31,8 @@ struct Ends<S: Simd> {
 }
 
 #[inline(always)]
-fn read<S: Simd>(simd: S, lines: &ReadRows<'_, ParticleLine>, block: &LinkBlock) -> Ends<S> {
-    let (a, b) = (read_lanes(lines, &block.row_a), read_lanes(lines, &block.row_b));
+fn read<S: Simd>(simd: S, states: &ReadRows<'_, ParticleState>, block: &LinkBlock) -> Ends<S> {
+    let (a, b) = (read_lanes(states, &block.row_a), read_lanes(states, &block.row_b));
     let (mut v, mut x) = ([&a[0].v; LANES], [&a[0].x; LANES]);
     let (mut u, mut y) = ([&b[0].v; LANES], [&b[0].x; LANES]);
     for lane in 1..LANES {
@@ -58,7 +58,7 @@ fn read<S: Simd>(simd: S, lines: &ReadRows<'_, ParticleLine>, block: &LinkBlock)
 /// never written.
 #[inline(always)]
 pub(super) fn write_ends<S: Simd>(
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     rows: &[u32; LANES],
     vectors: Vec3w<S>,
     beside: Wide<S>,
@@ -67,20 +67,20 @@ pub(super) fn write_ends<S: Simd>(
     let all: [f32x4<S>; LANES] = scatter4([vectors.x, vectors.y, vectors.z, beside]);
     for i in 0..LANES {
         if rows[i] != 0 {
-            let line = lines.row(rows[i] as usize);
-            all[i].store_array(if are_ways { &mut line.x } else { &mut line.v });
+            let state = states.row(rows[i] as usize);
+            all[i].store_array(if are_ways { &mut state.x } else { &mut state.v });
         }
     }
 }
 
 #[inline(always)]
 fn write_velocities<S: Simd>(
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     rows: &[u32; LANES],
     v: Vec3w<S>,
     w: Wide<S>,
 ) {
-    write_ends(lines, rows, v, w, false);
+    write_ends(states, rows, v, w, false);
 }
 
 /// Length of `d`, and its unit vector; `n` if the length is 0.
@@ -98,7 +98,7 @@ pub(crate) fn prepare<S: Simd>(
     simd: S,
     block: &mut LinkBlock,
     places: &[[f32; 4]],
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
 ) {
     for lane in 0..LANES {
@@ -107,7 +107,7 @@ pub(crate) fn prepare<S: Simd>(
             block.gap[i][lane] = places[b][i] - places[a][i];
         }
     }
-    let q = read(simd, lines, block);
+    let q = read(simd, states, block);
     let old = Vec3w::load(simd, &block.n);
     let (_, n) = direction(simd, Vec3w::load(simd, &block.gap), old);
     n.store(&mut block.n);
@@ -139,8 +139,8 @@ pub(crate) fn prepare<S: Simd>(
     let impulse = load(simd, &block.impulse) * scale;
     impulse.store_array(&mut block.impulse);
     let p = select(moves, impulse, zero);
-    write_velocities(lines, &block.row_a, q.va - n * (p * q.wa), q.wa);
-    write_velocities(lines, &block.row_b, q.vb + n * (p * q.wb), q.wb);
+    write_velocities(states, &block.row_a, q.va - n * (p * q.wa), q.wa);
+    write_velocities(states, &block.row_b, q.vb + n * (p * q.wb), q.wb);
 }
 
 /// A spring without stiffness: it releases all of its impulse.
@@ -192,11 +192,11 @@ fn compliance(block: &LinkBlock, lane: usize, pace: &Pace) -> Softness {
 pub(crate) fn solve<S: Simd>(
     simd: S,
     block: &mut LinkBlock,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
     first: bool,
 ) {
-    let mut q = read(simd, lines, block);
+    let mut q = read(simd, states, block);
     let last = Vec3w::load(simd, &block.n);
     let zero = splat(simd, 0.0);
     let now = Vec3w::load(simd, &block.gap) + q.xb - q.xa;
@@ -227,8 +227,8 @@ pub(crate) fn solve<S: Simd>(
     n.store(&mut block.n);
     new.store_array(&mut block.impulse);
     let d = new - old;
-    write_velocities(lines, &block.row_a, q.va - n * (d * q.wa), q.wa);
-    write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
+    write_velocities(states, &block.row_a, q.va - n * (d * q.wa), q.wa);
+    write_velocities(states, &block.row_b, q.vb + n * (d * q.wb), q.wb);
 }
 
 /// Solves one block once, without bias: spring impulses do not change.
@@ -236,10 +236,10 @@ pub(crate) fn solve<S: Simd>(
 pub(crate) fn relax<S: Simd>(
     simd: S,
     block: &mut LinkBlock,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
 ) {
-    let q = read(simd, lines, block);
+    let q = read(simd, states, block);
     let half = splat(simd, 0.5 * pace.h);
     let ahead = Vec3w::load(simd, &block.gap) + q.xb - q.xa;
     let last = Vec3w::load(simd, &block.n);
@@ -255,8 +255,8 @@ pub(crate) fn relax<S: Simd>(
     let new = select(can_slack, min(new, zero), new);
     new.store_array(&mut block.impulse);
     let d = new - old;
-    write_velocities(lines, &block.row_a, q.va - n * (d * q.wa), q.wa);
-    write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
+    write_velocities(states, &block.row_a, q.va - n * (d * q.wa), q.wa);
+    write_velocities(states, &block.row_b, q.vb + n * (d * q.wb), q.wb);
 }
 
 /// Solves one block so that lengths are right at the substep's end: bias 1/h, impulses of this
@@ -265,18 +265,18 @@ pub(crate) fn relax<S: Simd>(
 pub(crate) fn aim<S: Simd>(
     simd: S,
     block: &mut LinkBlock,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
     first: bool,
 ) {
-    let q = read(simd, lines, block);
+    let q = read(simd, states, block);
     let h = splat(simd, pace.h);
     let end = Vec3w::load(simd, &block.gap) + (q.xb + q.vb * h) - (q.xa + q.va * h);
     let (length, n) = direction(simd, end, Vec3w::load(simd, &block.n));
     let d = correction(simd, block, length, pace, first);
     n.store(&mut block.n);
-    write_velocities(lines, &block.row_a, q.va - n * (d * q.wa), q.wa);
-    write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
+    write_velocities(states, &block.row_a, q.va - n * (d * q.wa), q.wa);
+    write_velocities(states, &block.row_b, q.vb + n * (d * q.wb), q.wb);
 }
 
 /// [`aim`] on positions: Jakobsen's projection [Jakobsen01].
@@ -284,17 +284,17 @@ pub(crate) fn aim<S: Simd>(
 pub(crate) fn project<S: Simd>(
     simd: S,
     block: &mut LinkBlock,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
     first: bool,
 ) {
-    let q = read(simd, lines, block);
+    let q = read(simd, states, block);
     let end = Vec3w::load(simd, &block.gap) + q.xb - q.xa;
     let (length, n) = direction(simd, end, Vec3w::load(simd, &block.n));
     let d = correction(simd, block, length, pace, first) * splat(simd, pace.h);
     n.store(&mut block.n);
-    write_ends(lines, &block.row_a, q.xa - n * (d * q.wa), q.ma, true);
-    write_ends(lines, &block.row_b, q.xb + n * (d * q.wb), q.mb, true);
+    write_ends(states, &block.row_a, q.xa - n * (d * q.wa), q.ma, true);
+    write_ends(states, &block.row_b, q.xb + n * (d * q.wb), q.mb, true);
 }
 
 /// The impulse that removes the error at the substep's end. A spring leaves a part of the error,

@@ -27,7 +27,7 @@ const AHEAD: f32 = 0.25;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
     /// Line of the particle.
-    pub(crate) line: u32,
+    pub(crate) solver_row: u32,
     pub(crate) shape: u32,
     pub(crate) body: u32,
     /// Unit, from the shape to the particle [world].
@@ -49,7 +49,7 @@ pub(crate) struct Meeting {
 }
 
 const NOWHERE: Meeting = Meeting {
-    line: 0,
+    solver_row: 0,
     shape: 0,
     body: 0,
     n: Vec3::Y,
@@ -114,7 +114,7 @@ pub(crate) struct Around<'a> {
     pub(crate) bodies: &'a Bodies,
     pub(crate) shapes: &'a Shapes,
     pub(crate) bounds: &'a Bounds,
-    /// Positions of particles, by line.
+    /// Positions of particles, by solver row.
     pub(crate) x: &'a [[f32; 4]],
 }
 
@@ -127,7 +127,7 @@ impl Around<'_> {
     /// which it does not meet.
     pub(crate) fn look(
         &self,
-        line: u32,
+        solver_row: u32,
         place: &[f32; 4],
         particle: &mut Particle,
         way: Vec3,
@@ -141,7 +141,7 @@ impl Around<'_> {
             return;
         }
         let reach = length + radius + self.ctx.margin;
-        let seeker = Seeker { line, x, radius, way, held };
+        let seeker = Seeker { solver_row, x, radius, way, held };
         if particle.room <= reach {
             let ahead = if particle.still_time > 0.0 { 0.0 } else { AHEAD * self.ctx.length };
             near.clear = reach + ahead;
@@ -221,7 +221,7 @@ impl Around<'_> {
         let bounce =
             a.restitution_combine.apply(b.restitution_combine, a.restitution, b.restitution);
         Meeting {
-            line: seeker.line,
+            solver_row: seeker.solver_row,
             shape: row,
             body: shape.body,
             n,
@@ -237,8 +237,8 @@ impl Around<'_> {
     }
 
     /// True if an awake body is near a frozen particle.
-    pub(crate) fn is_disturbed(&self, line: u32, particle: &Particle) -> bool {
-        let place = &self.x[line as usize];
+    pub(crate) fn is_disturbed(&self, solver_row: u32, particle: &Particle) -> bool {
+        let place = &self.x[solver_row as usize];
         let (x, radius) = (point(place), place[3]);
         let mut disturbed = false;
         let bounds = Aabb::new(x, x).grown(radius + self.ctx.margin);
@@ -286,7 +286,7 @@ impl Around<'_> {
 
 /// A particle that searches for shapes.
 struct Seeker {
-    line: u32,
+    solver_row: u32,
     x: Vec3,
     radius: f32,
     way: Vec3,

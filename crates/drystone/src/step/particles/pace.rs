@@ -115,9 +115,9 @@ impl Pace {
 
 /// Solver bodies, as lent to the particles.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyLines<'a> {
-    pub(crate) line_of: &'a [u32],
-    pub(crate) lines: Rows<'a, SolverBody>,
+pub(crate) struct SolverBodies<'a> {
+    pub(crate) solver_row_of: &'a [u32],
+    pub(crate) solver_bodies: Rows<'a, SolverBody>,
     pub(crate) whitening: Rows<'a, Whitening>,
 }
 

@@ -7,14 +7,14 @@
 //! matrix.
 //!
 //! Contacts with bodies that can be pushed come first, then those with immovable ones. Both are
-//! colored anew in each step, in the order of lines and shapes.
+//! colored anew in each step, in the order of rows and shapes.
 
 mod both;
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::meet::{MOST, Meeting};
-use super::pace::{BodyLines, Form, ParticlePass};
+use super::pace::{Form, ParticlePass, SolverBodies};
 use super::rows::Ground;
 use crate::base::math::{Vec3, vec3};
 use crate::base::simd::wide::{
@@ -45,7 +45,7 @@ const COLORS: usize = PUSHING + MOST;
 #[repr(C, align(64))]
 pub(crate) struct PointBlock {
     /// Lines of the particles; 0 for an idle lane.
-    line: [u32; LANES],
+    solver_row: [u32; LANES],
     /// Rows of the solver bodies; 0: it cannot be pushed.
     body: [u32; LANES],
     alpha: Lanes,
@@ -106,21 +106,21 @@ impl Contacts {
         &mut self,
         (meetings, touches): (&[Meeting], &[Touch]),
         bodies: &Bodies,
-        to: &BodyLines<'_>,
+        to: &SolverBodies<'_>,
         ground: &Ground<'_>,
         jobs: &Jobs<'_>,
     ) {
         self.color(meetings, bodies.rows.slot_count());
         let mut next = 0;
         for (i, m) in meetings.iter().enumerate() {
-            let key = (m.line, m.shape);
-            while touches.get(next).is_some_and(|t| (t.line, t.shape) < key) {
+            let key = (m.solver_row, m.shape);
+            while touches.get(next).is_some_and(|t| (t.solver_row, t.shape) < key) {
                 next += 1;
             }
-            let known = touches.get(next).filter(|t| (t.line, t.shape) == key);
+            let known = touches.get(next).filter(|t| (t.solver_row, t.shape) == key);
             let scale = ground.pace.impulse_scale;
             let kept = known.map_or((0.0, Vec3::ZERO), |t| (t.press * scale, t.rub * scale));
-            let body = if m.pushes { to.line_of[m.body as usize] } else { 0 };
+            let body = if m.pushes { to.solver_row_of[m.body as usize] } else { 0 };
             let arrival = arrival(ground, m, bodies);
             let (block, lane) = self.place(i);
             self.blocks[block].sit(lane, m, body, kept, arrival);
@@ -140,10 +140,10 @@ impl Contacts {
         self.of_body.clear();
         self.of_body.resize(bodies, 0);
         let mut counts = [0_u32; COLORS];
-        let (mut line, mut of_line, mut fixed) = (0, 0_u64, PUSHING);
+        let (mut solver_row, mut of_line, mut fixed) = (0, 0_u64, PUSHING);
         for m in meetings {
-            if line != m.line {
-                (line, of_line, fixed) = (m.line, 0, PUSHING);
+            if solver_row != m.solver_row {
+                (solver_row, of_line, fixed) = (m.solver_row, 0, PUSHING);
             }
             let color = if m.pushes {
                 let of_body = &mut self.of_body[m.body as usize];
@@ -226,7 +226,7 @@ impl Contacts {
             if press > 0.0 {
                 let [t1, t2] = [at(&block.t1, lane), at(&block.t2, lane)];
                 let rub = t1 * block.rub[0][lane] + t2 * block.rub[1][lane];
-                touches.push(Touch { line: m.line, shape: m.shape, press, rub });
+                touches.push(Touch { solver_row: m.solver_row, shape: m.shape, press, rub });
             }
         }
     }
@@ -238,7 +238,7 @@ fn small(color: usize) -> u32 {
 
 impl PointBlock {
     fn sit(&mut self, lane: usize, m: &Meeting, body: u32, kept: (f32, Vec3), arrival: f32) {
-        (self.line[lane], self.body[lane]) = (m.line, body);
+        (self.solver_row[lane], self.body[lane]) = (m.solver_row, body);
         put(&mut self.n, lane, m.n);
         put(&mut self.seed.r, lane, m.r);
         put(&mut self.seed.drift, lane, m.drift);
@@ -259,7 +259,7 @@ fn arrival(ground: &Ground<'_>, m: &Meeting, bodies: &Bodies) -> f32 {
         return 0.0;
     }
     let of_body = if m.pushes { bodies.at(m.body).velocity_at(m.r) } else { Vec3::ZERO };
-    let v = ground.before.read(m.line as usize);
+    let v = ground.before.read(m.solver_row as usize);
     let arrival = m.n.dot(vec3(v[0], v[1], v[2]) - of_body - m.drift);
     // A speed that forces alone produce in a step is that of a particle at rest, not an impact.
     #[expect(clippy::cast_precision_loss, reason = "at most 256")]

@@ -8,7 +8,7 @@ use super::pace::{Form, Pace};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::base::threads::disjoint::{Apart, ReadRows, Rows};
-use crate::state::particles::ParticleLine;
+use crate::state::particles::ParticleState;
 use crate::step::context::caps::SHORTEST_OF_PARTICLES;
 use crate::step::solver_body::{SolverBody, Whitening, three};
 
@@ -19,48 +19,48 @@ const CLOSE: f32 = 0.8;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Partner {
     /// Row of the body in the solver; 0: it cannot be pushed.
-    pub(crate) line: u32,
+    pub(crate) solver_row: u32,
     alpha: f32,
     s: Sym3,
 }
 
 impl Partner {
-    pub(crate) fn new(line: u32, whitening: &ReadRows<'_, Whitening>) -> Self {
-        if line == 0 {
+    pub(crate) fn new(solver_row: u32, whitening: &ReadRows<'_, Whitening>) -> Self {
+        if solver_row == 0 {
             return Self::default();
         }
-        let whitening = whitening.read(line as usize);
-        Self { line, alpha: whitening.alpha(), s: whitening.s() }
+        let whitening = whitening.read(solver_row as usize);
+        Self { solver_row, alpha: whitening.alpha(), s: whitening.s() }
     }
 
     /// Velocity of its point at `r`.
-    fn velocity(&self, lines: &ReadRows<'_, SolverBody>, r: Vec3) -> Vec3 {
-        if self.line == 0 {
+    fn velocity(&self, solver_bodies: &ReadRows<'_, SolverBody>, r: Vec3) -> Vec3 {
+        if self.solver_row == 0 {
             return Vec3::ZERO;
         }
-        let line = lines.read(self.line as usize);
-        three(line.v) * self.alpha + self.s.mul(three(line.w)).cross(r)
+        let solver_body = solver_bodies.read(self.solver_row as usize);
+        three(solver_body.v) * self.alpha + self.s.mul(three(solver_body.w)).cross(r)
     }
 
     /// Displacement of its center, and its rotation, since the step's start.
-    fn motion(&self, lines: &ReadRows<'_, SolverBody>) -> (Vec3, Vec3) {
-        if self.line == 0 {
+    fn motion(&self, solver_bodies: &ReadRows<'_, SolverBody>) -> (Vec3, Vec3) {
+        if self.solver_row == 0 {
             return (Vec3::ZERO, Vec3::ZERO);
         }
-        let line = lines.read(self.line as usize);
-        (three(line.x) * self.alpha, self.s.mul(three(line.t)))
+        let solver_body = solver_bodies.read(self.solver_row as usize);
+        (three(solver_body.x) * self.alpha, self.s.mul(three(solver_body.t)))
     }
 
     /// Applies an impulse `p`, and `torque` about the center.
-    fn push(&self, lines: &Rows<'_, SolverBody>, p: Vec3, torque: Vec3) {
-        if self.line == 0 {
+    fn push(&self, solver_bodies: &Rows<'_, SolverBody>, p: Vec3, torque: Vec3) {
+        if self.solver_row == 0 {
             return;
         }
-        let line = lines.row(self.line as usize);
+        let solver_body = solver_bodies.row(self.solver_row as usize);
         let (v, w) = (p * self.alpha, self.s.mul(torque));
         for (i, (dv, dw)) in v.to_array().into_iter().zip(w.to_array()).enumerate() {
-            line.v[i] += dv;
-            line.w[i] += dw;
+            solver_body.v[i] += dv;
+            solver_body.w[i] += dw;
         }
     }
 }
@@ -69,7 +69,7 @@ impl Partner {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground<'a> {
     pub(crate) pace: &'a Pace,
-    pub(crate) particles: Rows<'a, ParticleLine>,
+    pub(crate) particles: Rows<'a, ParticleState>,
     /// Displacements at the substep's start, for the form that keeps positions.
     pub(crate) before: Rows<'a, [f32; 4]>,
     pub(crate) bodies: Rows<'a, SolverBody>,
@@ -80,7 +80,7 @@ pub(crate) struct Ground<'a> {
 impl<'a> Ground<'a> {
     pub(crate) fn new(
         pace: &'a Pace,
-        particles: &'a mut [ParticleLine],
+        particles: &'a mut [ParticleState],
         before: &'a mut [[f32; 4]],
         bodies: Rows<'a, SolverBody>,
         elapsed: f32,
@@ -95,13 +95,13 @@ impl<'a> Ground<'a> {
     /// Velocity of a particle, and its predicted displacement at the substep's end (in the soft
     /// form the present one).
     #[inline]
-    fn state(&self, line: u32) -> (Vec3, Vec3) {
-        let p = self.particles.read(line as usize);
+    fn state(&self, solver_row: u32) -> (Vec3, Vec3) {
+        let p = self.particles.read(solver_row as usize);
         match self.pace.form {
             Form::Soft => (p.velocity(), p.way()),
             Form::Aim => (p.velocity(), p.way() + p.velocity() * self.pace.h),
             Form::Verlet => {
-                let before = three(*self.before.read(line as usize));
+                let before = three(*self.before.read(solver_row as usize));
                 ((p.way() - before) * self.pace.inv_h, p.way())
             }
         }
@@ -109,8 +109,8 @@ impl<'a> Ground<'a> {
 
     /// Changes a particle's velocity.
     #[inline]
-    fn kick(&self, line: u32, dv: Vec3) {
-        let p = self.particles.row(line as usize);
+    fn kick(&self, solver_row: u32, dv: Vec3) {
+        let p = self.particles.row(solver_row as usize);
         let (to, scale) = match self.pace.form {
             Form::Verlet => (&mut p.x, self.pace.h),
             _ => (&mut p.v, 1.0),
@@ -129,11 +129,11 @@ impl<'a> Ground<'a> {
     /// Displacement of a body at the time of [`Self::state`].
     fn ahead(&self, partner: &Partner) -> (Vec3, Vec3) {
         let (x, t) = partner.motion(&self.bodies);
-        if partner.line == 0 || self.pace.form == Form::Soft {
+        if partner.solver_row == 0 || self.pace.form == Form::Soft {
             return (x, t);
         }
-        let line = self.bodies.read(partner.line as usize);
-        let (v, w) = (three(line.v) * partner.alpha, partner.s.mul(three(line.w)));
+        let solver_body = self.bodies.read(partner.solver_row as usize);
+        let (v, w) = (three(solver_body.v) * partner.alpha, partner.s.mul(three(solver_body.w)));
         (x + v * self.pace.h, t + w * self.pace.h)
     }
 }
@@ -141,7 +141,7 @@ impl<'a> Ground<'a> {
 /// A particle held at a point of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HoldRow {
-    pub(crate) line: u32,
+    pub(crate) solver_row: u32,
     pub(crate) number: u32,
     partner: Partner,
     /// Arm from the body's center to the anchor, at the step's start and when the impulse was
@@ -160,20 +160,30 @@ pub(crate) struct HoldRow {
 
 impl HoldRow {
     pub(crate) fn new(
-        (line, number): (u32, u32),
+        (solver_row, number): (u32, u32),
         partner: Partner,
         [r, gap, drift, impulse]: [Vec3; 4],
         ground: &Ground<'_>,
     ) -> Self {
-        let w = ground.particles.read(line as usize).inverse_mass();
-        let row =
-            Self { line, number, partner, r0: r, r, gap, drift, w, impulse, total: Vec3::ZERO };
+        let w = ground.particles.read(solver_row as usize).inverse_mass();
+        let row = Self {
+            solver_row,
+            number,
+            partner,
+            r0: r,
+            r,
+            gap,
+            drift,
+            w,
+            impulse,
+            total: Vec3::ZERO,
+        };
         row.apply(ground, impulse, r.cross(impulse));
         row
     }
 
     fn apply(&self, ground: &Ground<'_>, p: Vec3, torque: Vec3) {
-        ground.kick(self.line, p * self.w);
+        ground.kick(self.solver_row, p * self.w);
         self.partner.push(&ground.bodies, -p, -torque);
     }
 
@@ -185,7 +195,7 @@ impl HoldRow {
             self.partner.push(&ground.bodies, back, self.r.cross(back));
             self.impulse *= pace.keep;
         }
-        let (_, way) = ground.state(self.line);
+        let (_, way) = ground.state(self.solver_row);
         let (x, t) = ground.ahead(&self.partner);
         let once = t.cross(self.r0);
         let r = self.r0 + once + t.cross(once) * 0.5;
@@ -196,7 +206,7 @@ impl HoldRow {
             self.partner.push(&ground.bodies, Vec3::ZERO, -(r - self.r).cross(self.impulse));
             self.r = r;
         }
-        let (v, _) = ground.state(self.line);
+        let (v, _) = ground.state(self.solver_row);
         let u = v - self.partner.velocity(&ground.bodies, r) - self.drift;
         let inv_h = pace.inv_h.min(1.0 / SHORTEST_OF_PARTICLES);
         let wanted = if !soft {
@@ -228,9 +238,9 @@ impl HoldRow {
     }
 
     /// Applies to the body its part of an impulse on the particle, which has received its own part.
-    pub(crate) fn hand_on(&mut self, lines: &Rows<'_, SolverBody>, p: Vec3) {
+    pub(crate) fn hand_on(&mut self, solver_bodies: &Rows<'_, SolverBody>, p: Vec3) {
         let d = -self.matrix(self.r).map_or(Vec3::ZERO, |a| a.mul(p * self.w));
-        self.partner.push(lines, -d, -self.r.cross(d));
+        self.partner.push(solver_bodies, -d, -self.r.cross(d));
         self.impulse += d;
     }
 

@@ -8,7 +8,7 @@ use crate::state::bodies::Bodies;
 use crate::state::events::LinkTear;
 use crate::state::particles::Particles;
 
-/// A finding of a chunk of particles, in the order of their lines.
+/// A finding of a chunk of particles, in the order of their rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Found {
     /// This line is solved with substeps.
@@ -29,7 +29,7 @@ pub(crate) struct Scratch {
     pub(crate) found: Vec<Vec<Found>>,
     /// Lines that are solved with substeps, ascending.
     pub(crate) tied: Vec<u32>,
-    /// Contacts of tied particles, in the order of lines, then of shapes.
+    /// Contacts of tied particles, in the order of rows, then of shapes.
     pub(crate) meetings: Vec<Meeting>,
     /// Lines that were set aside in this step.
     pub(crate) faults: Vec<u32>,

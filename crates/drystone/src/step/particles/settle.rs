@@ -48,8 +48,8 @@ pub(crate) fn settle(
     advance(ctx, particles, bodies, (shapes, bounds), stage, jobs);
     stage.faults.extend(stage.settle.faults.iter().flatten());
     stage.faults.sort_unstable();
-    for line in &stage.faults {
-        particles.take_out(*line);
+    for solver_row in &stage.faults {
+        particles.take_out(*solver_row);
     }
     keep_awake(ctx, rest, particles, bodies, stage);
     tear(particles, h, &mut stage.settle.torn);
@@ -67,17 +67,17 @@ fn advance(
     jobs: &Jobs<'_>,
 ) {
     let tied = &stage.tied;
-    let Particles { rows, lines, x, attachments, .. } = particles;
+    let Particles { rows, states, x, attachments, .. } = particles;
     // SAFETY: tied particles are all different, and each has a line and a place.
     let apart = unsafe { Apart::promise() };
-    let (rows, lines) = (Rows::new(rows.values_mut(), apart), Rows::new(lines, apart));
+    let (rows, states) = (Rows::new(rows.values_mut(), apart), Rows::new(states, apart));
     let x = Rows::new(x, apart);
     let around = Around { ctx, bodies, shapes, bounds, x: &[] };
     let least = grain(jobs, tied.len(), 256);
     collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |range, out| {
-        for line in &tied[range] {
-            let Some(particle) = rows.row(*line as usize - 1) else { continue };
-            let (row, place) = (lines.row(*line as usize), x.row(*line as usize));
+        for solver_row in &tied[range] {
+            let Some(particle) = rows.row(*solver_row as usize - 1) else { continue };
+            let (row, place) = (states.row(*solver_row as usize), x.row(*solver_row as usize));
             let from = vec3(place[0], place[1], place[2]);
             let mut way = row.way();
             let far = way.length();
@@ -94,7 +94,7 @@ fn advance(
             let end = from + way;
             if !is_computable(end, row.velocity()) {
                 put_aside(particle, row);
-                out.push(*line);
+                out.push(*solver_row);
                 continue;
             }
             *place = [end.x, end.y, end.z, place[3]];
@@ -114,33 +114,33 @@ fn keep_awake(
     let dt = ctx.dt;
     let carried = &mut stage.settle.carried;
     carried.clear();
-    let Particles { rows, lines, .. } = particles;
-    for (row, line) in rows.values_mut().iter_mut().zip(&mut lines[1..]) {
+    let Particles { rows, states, .. } = particles;
+    for (row, state) in rows.values_mut().iter_mut().zip(&mut states[1..]) {
         let Some(particle) = row else { continue };
         if particle.faulted {
             // Its neighbor may have become non-finite in this step, and an infinite value times an
             // inverse mass of 0 is NaN.
-            line.set_velocity(Vec3::ZERO);
+            state.set_velocity(Vec3::ZERO);
         }
         if moves(particle) {
-            let still = line.velocity().length() < rest.speed;
+            let still = state.velocity().length() < rest.speed;
             particle.still_time = if still { particle.still_time + dt } else { 0.0 };
-            if line.inverse_mass() <= 0.0 && line.velocity() != Vec3::ZERO {
+            if state.inverse_mass() <= 0.0 && state.velocity() != Vec3::ZERO {
                 carried.push(particle.strand);
             }
         }
     }
     let met = stage.meetings.iter().filter(|m| m.pushes && m.separation <= ctx.margin);
-    let held = particles.attachments.iter().map(|a| (a.line, a.body));
+    let held = particles.attachments.iter().map(|a| (a.solver_row, a.body));
     for held in &particles.attachments {
         let body = bodies.at(held.body);
         if body.active() && !body.is_dynamic() {
-            carried.push(particles.at(held.line).strand);
+            carried.push(particles.at(held.solver_row).strand);
         }
     }
     carried.sort_unstable();
-    for (line, body) in met.map(|m| (m.line, m.body)).chain(held) {
-        let particle = particles.at(line);
+    for (solver_row, body) in met.map(|m| (m.solver_row, m.body)).chain(held) {
+        let particle = particles.at(solver_row);
         let is_carried = || carried.binary_search(&particle.strand).is_ok();
         if moves(particle) && (particle.still_time < rest.time || is_carried()) {
             let body = bodies.at_mut(body);
@@ -165,7 +165,7 @@ fn tear(particles: &mut Particles, h: f32, torn: &mut Vec<LinkTear>) {
         let force = -block.impulse[lane] / h;
         debug_assert!(block.kinds[lane] != LaneKind::Idle, "links stand in lanes of theirs");
         if strain > link.tear_strain || force > link.tear_force {
-            let id_of = |line: u32| particles.rows.id_at(line - 1).expect("ends live");
+            let id_of = |solver_row: u32| particles.rows.id_at(solver_row - 1).expect("ends live");
             torn.push(LinkTear { link: id, a: id_of(a), b: id_of(b), force, strain });
         }
     }
@@ -188,13 +188,13 @@ fn freeze(
     particles.find_strands();
     let still = &mut stage.settle.still;
     still.clear();
-    still.resize(particles.lines.len(), f32::INFINITY);
+    still.resize(particles.states.len(), f32::INFINITY);
     let mut any = false;
     for (id, particle) in particles.rows.iter() {
-        let line = &particles.lines[id.index() as usize + 1];
+        let state = &particles.states[id.index() as usize + 1];
         if moves(particle) {
             let least = &mut still[particle.strand as usize];
-            let moved = line.inverse_mass() <= 0.0 && line.velocity() != Vec3::ZERO;
+            let moved = state.inverse_mass() <= 0.0 && state.velocity() != Vec3::ZERO;
             *least = least.min(if moved { 0.0 } else { particle.still_time });
             any |= particle.still_time >= rest.time;
         }
@@ -203,20 +203,20 @@ fn freeze(
         return;
     }
     let met = stage.meetings.iter().filter(|m| m.separation <= ctx.margin);
-    let held = particles.attachments.iter().map(|a| (a.line, a.body));
-    for (line, body) in met.map(|m| (m.line, m.body)).chain(held) {
+    let held = particles.attachments.iter().map(|a| (a.solver_row, a.body));
+    for (solver_row, body) in met.map(|m| (m.solver_row, m.body)).chain(held) {
         if bodies.at(body).active() {
-            still[particles.at(line).strand as usize] = 0.0;
+            still[particles.at(solver_row).strand as usize] = 0.0;
         }
     }
-    let Particles { rows, lines, .. } = particles;
-    for (row, line) in rows.values_mut().iter_mut().zip(&mut lines[1..]) {
+    let Particles { rows, states, .. } = particles;
+    for (row, state) in rows.values_mut().iter_mut().zip(&mut states[1..]) {
         if let Some(particle) = row
             && moves(particle)
             && still[particle.strand as usize] >= rest.time
         {
             particle.frozen = true;
-            line.set_velocity(Vec3::ZERO);
+            state.set_velocity(Vec3::ZERO);
         }
     }
 }

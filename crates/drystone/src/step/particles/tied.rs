@@ -3,7 +3,7 @@
 use fearless_simd::dispatch;
 
 use super::meet::Meeting;
-use super::pace::{BodyLines, Form, Pace, ParticlePass};
+use super::pace::{Form, Pace, ParticlePass, SolverBodies};
 use super::points::Contacts;
 use super::rows::{Ground, HoldRow, Partner};
 use super::{chain, links};
@@ -14,7 +14,7 @@ use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_items, for_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::chains::{ChainBlock, ChainRow};
-use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
+use crate::state::particles::{CROWD, LinkBlock, ParticleState, Particles};
 use crate::step::context::softness::decay;
 use crate::step::solver_body::SolverBody;
 
@@ -59,28 +59,29 @@ impl Tied<'_> {
     }
 
     /// Prepares the rows of this step, and applies the stored impulses.
-    pub(crate) fn begin(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
+    pub(crate) fn begin(&mut self, bodies: &Bodies, to: &SolverBodies<'_>, jobs: &Jobs<'_>) {
         let pace = self.pace;
         let s = &mut *self.scratch;
-        s.before.resize(self.particles.lines.len(), [0.0; 4]);
+        s.before.resize(self.particles.states.len(), [0.0; 4]);
         s.forces.clear();
-        for line in self.tied {
-            let (p, row) = (self.particles.at(*line), &self.particles.lines[*line as usize]);
+        for solver_row in self.tied {
+            let (p, row) =
+                (self.particles.at(*solver_row), &self.particles.states[*solver_row as usize]);
             let free = row.inverse_mass() > 0.0;
             let a = if free { pace.gravity * (p.gravity_scale * pace.h) } else { Vec3::ZERO };
             let left = if free { decay(p.damping, pace.h) } else { 1.0 };
             s.forces.push([a.x, a.y, a.z, left]);
-            s.before[*line as usize] = row.v;
+            s.before[*solver_row as usize] = row.v;
         }
         {
-            let Particles { colors, x, lines, .. } = &mut *self.particles;
+            let Particles { colors, x, states, .. } = &mut *self.particles;
             // SAFETY: a color's links share no particle; the crowd, which may, is one range.
-            let lines = Rows::new(lines, unsafe { Apart::promise() });
+            let states = Rows::new(states, unsafe { Apart::promise() });
             for (number, color) in colors.iter_mut().enumerate() {
                 for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
                     dispatch!(pace.level, simd => {
                         for block in blocks {
-                            links::prepare(simd, block, x, &lines, &pace);
+                            links::prepare(simd, block, x, &states, &pace);
                         }
                     });
                 });
@@ -91,7 +92,7 @@ impl Tied<'_> {
         self.begin_contacts(bodies, to, jobs);
     }
 
-    fn begin_holds(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
+    fn begin_holds(&mut self, bodies: &Bodies, to: &SolverBodies<'_>) {
         let s = &mut *self.scratch;
         s.holds.clear();
         s.hold_of.clear();
@@ -99,19 +100,19 @@ impl Tied<'_> {
         for i in 0..self.particles.attachments.len() {
             let held = self.particles.attachments[i];
             let body = bodies.at(held.body);
-            if !super::meet::moves(self.particles.at(held.line)) || body.out {
+            if !super::meet::moves(self.particles.at(held.solver_row)) || body.out {
                 continue;
             }
             let r = body.rotation.rotate(held.anchor);
-            let gap = self.particles.position(held.line) - (body.center + r);
+            let gap = self.particles.position(held.solver_row) - (body.center + r);
             let drift = if body.is_dynamic() { Vec3::ZERO } else { body.velocity_at(r) };
             let impulse = held.impulse * self.pace.impulse_scale;
-            let lines = &mut self.particles.lines;
-            let ground = Ground::new(&self.pace, lines, &mut s.before, to.lines, 0.0);
+            let states = &mut self.particles.states;
+            let ground = Ground::new(&self.pace, states, &mut s.before, to.solver_bodies, 0.0);
             let number = u32::try_from(i).expect("fewer than 2^32 particles");
-            let partner = Partner::new(to.line_of[held.body as usize], &to.whitening);
+            let partner = Partner::new(to.solver_row_of[held.body as usize], &to.whitening);
             let vectors = [r, gap, drift, impulse];
-            s.holds.push(HoldRow::new((held.line, number), partner, vectors, &ground));
+            s.holds.push(HoldRow::new((held.solver_row, number), partner, vectors, &ground));
             s.hold_of[i] = u32::try_from(s.holds.len()).expect("fewer than 2^32 particles");
         }
     }
@@ -127,10 +128,10 @@ impl Tied<'_> {
         }
     }
 
-    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
+    fn begin_contacts(&mut self, bodies: &Bodies, to: &SolverBodies<'_>, jobs: &Jobs<'_>) {
         let Scratch { before, contacts, .. } = &mut *self.scratch;
-        let Particles { lines, touches, .. } = &mut *self.particles;
-        let ground = Ground::new(&self.pace, lines, before, to.lines, 0.0);
+        let Particles { states, touches, .. } = &mut *self.particles;
+        let ground = Ground::new(&self.pace, states, before, to.solver_bodies, 0.0);
         contacts.begin((self.meetings, touches), bodies, to, &ground, jobs);
     }
 
@@ -139,26 +140,26 @@ impl Tied<'_> {
         let (pace, tied, forces) = (self.pace, self.tied, &self.scratch.forces);
         // SAFETY: tied particles are all different.
         let apart = unsafe { Apart::promise() };
-        let lines = Rows::new(&mut self.particles.lines, apart);
+        let states = Rows::new(&mut self.particles.states, apart);
         let before = Rows::new(&mut self.scratch.before, apart);
         for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
             for i in range {
                 let [x, y, z, left] = forces[i];
                 let (add, row) = ([x, y, z], tied[i] as usize);
-                let (line, was) = (lines.row(row), before.row(row));
+                let (state, was) = (states.row(row), before.row(row));
                 for k in 0..3 {
                     match pace.form {
                         Form::Soft => {
                             let keep = if first { 1.0 } else { pace.keep };
-                            let impulse = (line.v[k] - was[k]) * keep;
-                            let from = if first { was[k] } else { line.v[k] };
+                            let impulse = (state.v[k] - was[k]) * keep;
+                            let from = if first { was[k] } else { state.v[k] };
                             was[k] = (from + add[k]) * left;
-                            line.v[k] = was[k] + impulse;
+                            state.v[k] = was[k] + impulse;
                         }
-                        Form::Aim => line.v[k] = (line.v[k] + add[k]) * left,
+                        Form::Aim => state.v[k] = (state.v[k] + add[k]) * left,
                         Form::Verlet => {
-                            was[k] = line.x[k];
-                            line.x[k] += (line.v[k] * pace.h + add[k] * pace.h) * left;
+                            was[k] = state.x[k];
+                            state.x[k] += (state.v[k] * pace.h + add[k] * pace.h) * left;
                         }
                     }
                 }
@@ -197,10 +198,10 @@ impl Tied<'_> {
             matches!(kind, ParticlePass::Relax),
             matches!(kind, ParticlePass::Solve { first: true }),
         );
-        let Particles { colors, chains, lines, .. } = &mut *self.particles;
+        let Particles { colors, chains, states, .. } = &mut *self.particles;
         let s = &mut *self.scratch;
-        let ground = Ground::new(pace, lines, &mut s.before, bodies, elapsed);
-        let lines = ground.particles;
+        let ground = Ground::new(pace, states, &mut s.before, bodies, elapsed);
+        let states = ground.particles;
         for hold in &mut s.holds {
             hold.solve(&ground, is_relax, first);
         }
@@ -212,14 +213,14 @@ impl Tied<'_> {
                 let least = grain(jobs, color.len(), 1);
                 for_items(jobs, color, least, |_, blocks| {
                     for block in blocks {
-                        sweep_chains(&mut block.rows, None, &lines, pace, kind);
+                        sweep_chains(&mut block.rows, None, &states, pace, kind);
                     }
                 });
             }
         }
         for (number, color) in colors.iter_mut().enumerate() {
             for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
-                sweep_links(blocks, &lines, pace, kind);
+                sweep_links(blocks, &states, pace, kind);
             });
         }
         s.contacts.sweep(kind, &ground, jobs);
@@ -231,16 +232,16 @@ impl Tied<'_> {
         let (pace, tied) = (self.pace, self.tied);
         // SAFETY: tied particles are all different.
         let apart = unsafe { Apart::promise() };
-        let lines = Rows::new(&mut self.particles.lines, apart);
+        let states = Rows::new(&mut self.particles.states, apart);
         let before = Rows::new(&mut self.scratch.before, apart);
         for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
             for i in range {
-                let line = lines.row(tied[i] as usize);
+                let state = states.row(tied[i] as usize);
                 for k in 0..3 {
                     if pace.form == Form::Verlet {
-                        line.v[k] = (line.x[k] - before.read(tied[i] as usize)[k]) * pace.inv_h;
+                        state.v[k] = (state.x[k] - before.read(tied[i] as usize)[k]) * pace.inv_h;
                     } else {
-                        line.x[k] += pace.h * line.v[k];
+                        state.x[k] += pace.h * state.v[k];
                     }
                 }
             }
@@ -250,8 +251,8 @@ impl Tied<'_> {
     /// Applies restitution, and stores impulses.
     pub(crate) fn end(&mut self, bodies: Rows<'_, SolverBody>, jobs: &Jobs<'_>) {
         let s = &mut *self.scratch;
-        let Particles { lines, chains, colors, attachments, touches, .. } = &mut *self.particles;
-        let ground = Ground::new(&self.pace, lines, &mut s.before, bodies, 0.0);
+        let Particles { states, chains, colors, attachments, touches, .. } = &mut *self.particles;
+        let ground = Ground::new(&self.pace, states, &mut s.before, bodies, 0.0);
         s.contacts.bounce(&ground, jobs);
         if self.pace.form == Form::Soft {
             for block in chains.blocks_mut() {
@@ -265,8 +266,8 @@ impl Tied<'_> {
     }
 
     /// The whole step after that of the bodies: effects of particles on them are added to their
-    /// motion. `lines` are whitened.
-    pub(crate) fn follow(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
+    /// motion. `states` are whitened.
+    pub(crate) fn follow(&mut self, bodies: &Bodies, to: &SolverBodies<'_>, jobs: &Jobs<'_>) {
         let (dragged, n) = (self.scratch.dragged.len(), self.pace.substeps);
         // Motion of each dragged body in a substep beyond its velocity.
         let mut own = core::mem::take(&mut self.scratch.own);
@@ -274,26 +275,29 @@ impl Tied<'_> {
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let part = 1.0 / n as f32;
         for i in 0..dragged {
-            let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
+            let solver_body =
+                to.solver_bodies.row(to.solver_row_of[self.scratch.dragged[i] as usize] as usize);
             let mut of = SolverBody::default();
             for k in 0..4 {
-                of.x[k] = line.x[k] * part - self.pace.h * line.v[k];
-                of.t[k] = line.t[k] * part - self.pace.h * line.w[k];
+                of.x[k] = solver_body.x[k] * part - self.pace.h * solver_body.v[k];
+                of.t[k] = solver_body.t[k] * part - self.pace.h * solver_body.w[k];
             }
-            (line.x, line.t) = ([0.0; 4], [0.0; 4]);
+            (solver_body.x, solver_body.t) = ([0.0; 4], [0.0; 4]);
             own.push(of);
         }
         self.begin(bodies, to, jobs);
         self.tally(0.0);
         for substep in 0..n {
             self.velocities(substep == 0, jobs);
-            self.solve(substep, to.lines, jobs);
+            self.solve(substep, to.solver_bodies, jobs);
             self.positions(jobs);
             for (i, of) in own.iter().enumerate() {
-                let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
+                let solver_body = to
+                    .solver_bodies
+                    .row(to.solver_row_of[self.scratch.dragged[i] as usize] as usize);
                 for k in 0..4 {
-                    line.x[k] += of.x[k] + self.pace.h * line.v[k];
-                    line.t[k] += of.t[k] + self.pace.h * line.w[k];
+                    solver_body.x[k] += of.x[k] + self.pace.h * solver_body.v[k];
+                    solver_body.t[k] += of.t[k] + self.pace.h * solver_body.w[k];
                 }
             }
             if substep + 1 < n {
@@ -302,10 +306,10 @@ impl Tied<'_> {
         }
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let dt = self.pace.h * n as f32;
-        self.relax(dt, to.lines, jobs);
+        self.relax(dt, to.solver_bodies, jobs);
         self.tally(1.0);
         self.average(part);
-        self.end(to.lines, jobs);
+        self.end(to.solver_bodies, jobs);
         self.scratch.own = own;
     }
 
@@ -380,19 +384,19 @@ fn sweep_held(
 fn sweep_chains(
     rows: &mut [ChainRow],
     ends: Option<&chain::Ends>,
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
     kind: ParticlePass,
 ) -> [Vec3; 2] {
     dispatch!(pace.level, simd => match kind {
-        ParticlePass::Solve { first } => chain::solve(simd, rows, ends, lines, pace, first),
-        ParticlePass::Relax => chain::relax(simd, rows, ends, lines, pace),
+        ParticlePass::Solve { first } => chain::solve(simd, rows, ends, states, pace, first),
+        ParticlePass::Relax => chain::relax(simd, rows, ends, states, pace),
     })
 }
 
 fn sweep_links(
     blocks: &mut [LinkBlock],
-    lines: &Rows<'_, ParticleLine>,
+    states: &Rows<'_, ParticleState>,
     pace: &Pace,
     kind: ParticlePass,
 ) {
@@ -402,13 +406,13 @@ fn sweep_links(
                 continue;
             }
             match (kind, pace.form) {
-                (ParticlePass::Relax, _) => links::relax(simd, block, lines, pace),
+                (ParticlePass::Relax, _) => links::relax(simd, block, states, pace),
                 (ParticlePass::Solve { first }, Form::Soft) => {
-                    links::solve(simd, block, lines, pace, first);
+                    links::solve(simd, block, states, pace, first);
                 }
-                (ParticlePass::Solve { first }, Form::Aim) => links::aim(simd, block, lines, pace, first),
+                (ParticlePass::Solve { first }, Form::Aim) => links::aim(simd, block, states, pace, first),
                 (ParticlePass::Solve { first }, Form::Verlet) => {
-                    links::project(simd, block, lines, pace, first);
+                    links::project(simd, block, states, pace, first);
                 }
             }
         }

@@ -113,18 +113,18 @@ impl Solver<'_> {
         for bound in bounds.iter_mut() {
             *bound = Bound { is_quiet: bound.is_quiet, ..Bound::default() };
         }
-        for i in self.bin_lines(group) {
-            let bin = self.plan.bins.of_line[i];
+        for i in self.bin_rows(group) {
+            let bin = self.plan.bins.of_row[i];
             if bounds[bin as usize - group.bins.start].is_quiet && !is_first {
                 continue;
             }
             let aux = self.body.aux.read(i);
             let [v, w] = aux.before();
-            let line = self.body.lines.read(i);
+            let solver_body = self.body.solver_bodies.read(i);
             let (mut work, mut energy) = (0.0, 0.0);
             for c in 0..4 {
-                work += (line.v[c] - v[c]) * (line.v[c] + v[c]);
-                work += (line.w[c] - w[c]) * (line.w[c] + w[c]);
+                work += (solver_body.v[c] - v[c]) * (solver_body.v[c] + v[c]);
+                work += (solver_body.w[c] - w[c]) * (solver_body.w[c] + w[c]);
                 energy += v[c] * v[c] + w[c] * w[c];
             }
             let bound = &mut bounds[bin as usize - group.bins.start];
@@ -149,8 +149,10 @@ impl Solver<'_> {
     /// Finds the islands in which all bodies are slow and which no moving surface drives.
     fn find_quiet(&self, group: &Group, bounds: &mut [Bound]) {
         bounds.iter_mut().for_each(|bound| bound.is_quiet = true);
-        let at = |line: usize| self.plan.bins.of_line[line].wrapping_sub(number(group.bins.start));
-        for i in self.bin_lines(group) {
+        let at = |solver_row: usize| {
+            self.plan.bins.of_row[solver_row].wrapping_sub(number(group.bins.start))
+        };
+        for i in self.bin_rows(group) {
             let body = self.bodies.at(self.plan.members[i - 1]);
             let most = QUIET / self.ctx.dt;
             let is_slow = body.w.length() < most && body.v.length() < most * body.extent;
@@ -164,11 +166,11 @@ impl Solver<'_> {
         for i in batches.iter().filter(|batch| batch.fixed).flat_map(|b| b.blocks.clone()) {
             let (block, extra) = (self.contact.blocks.read(i), self.contact.extras.read(i));
             for lane in 0..LANES {
-                let line = block.row_b[lane];
+                let solver_row = block.row_b[lane];
                 let mut drifts = extra.drift.iter().chain(&extra.drift_t);
-                if line != 0
+                if solver_row != 0
                     && drifts.any(|drift| drift[lane] != 0.0)
-                    && let Some(bound) = bounds.get_mut(at(line as usize) as usize)
+                    && let Some(bound) = bounds.get_mut(at(solver_row as usize) as usize)
                 {
                     bound.is_quiet = false;
                 }
@@ -187,11 +189,14 @@ impl Solver<'_> {
         self.ask_trees(group, bounds);
         for i in group.couplings.clone() {
             let row = self.joint.couplings.read(i);
-            let Some(bound) = row.lines().next().and_then(|line| self.over(line, group, bounds))
+            let Some(bound) = row
+                .solver_rows()
+                .next()
+                .and_then(|solver_row| self.over(solver_row, group, bounds))
             else {
                 continue;
             };
-            let [impulse, closing, drift] = row.pushed(&self.body.lines, &sweep);
+            let [impulse, closing, drift] = row.pushed(&self.body.solver_bodies, &sweep);
             bound.drive(impulse, f64::from(drift));
             bound.close(f64::from(impulse), f64::from(closing), 0);
         }
@@ -202,18 +207,20 @@ impl Solver<'_> {
     }
 
     /// Solver bodies of the islands that have joints.
-    fn bin_lines(&self, group: &Group) -> impl Iterator<Item = usize> {
-        self.plan.bins.lines[group.bin_lines.clone()].iter().map(|line| *line as usize)
+    fn bin_rows(&self, group: &Group) -> impl Iterator<Item = usize> {
+        self.plan.bins.solver_rows[group.bin_rows.clone()]
+            .iter()
+            .map(|solver_row| *solver_row as usize)
     }
 
     /// The bound of a solver body's island, if the island is over it.
     fn over<'b>(
         &self,
-        line: usize,
+        solver_row: usize,
         group: &Group,
         bounds: &'b mut [Bound],
     ) -> Option<&'b mut Bound> {
-        let bin = self.plan.bins.of_line[line];
+        let bin = self.plan.bins.of_row[solver_row];
         let bound = bounds.get_mut((bin as usize).wrapping_sub(group.bins.start))?;
         bound.is_over.then_some(bound)
     }
@@ -221,18 +228,18 @@ impl Solver<'_> {
     /// The bound of the island of a lane, if the island is over it.
     fn over_lane<'b>(
         &self,
-        lines: [u32; 2],
+        solver_rows: [u32; 2],
         group: &Group,
         bounds: &'b mut [Bound],
     ) -> Option<&'b mut Bound> {
-        let line = if lines[1] == 0 { lines[0] } else { lines[1] };
-        if line == 0 { None } else { self.over(line as usize, group, bounds) }
+        let solver_row = if solver_rows[1] == 0 { solver_rows[0] } else { solver_rows[1] };
+        if solver_row == 0 { None } else { self.over(solver_row as usize, group, bounds) }
     }
 
     /// Sums mass, momentum and products of impulses of the islands over their bound. Islands with a
     /// body dragged by particles are exempt.
     fn weigh_islands(&self, group: &Group, bounds: &mut [Bound]) {
-        for i in self.bin_lines(group) {
+        for i in self.bin_rows(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
             if self.bodies.at(self.plan.members[i - 1]).record.dragged {
                 bound.is_over = false;
@@ -247,14 +254,14 @@ impl Solver<'_> {
                 + f64::from(s.mul(Vec3::Y).length_squared())
                 + f64::from(s.mul(Vec3::Z).length_squared());
             let [v, w] = self.body.aux.read(i).before();
-            let line = self.body.lines.read(i);
+            let solver_body = self.body.solver_bodies.read(i);
             let place = DVec3::from(self.at_start(self.plan.members[i - 1]).center);
             bound.mass += mass;
             bound.first = bound.first + place * mass;
             bound.second += place.dot(place) * mass;
             bound.inertia += if inverse > 0.0 { 3.0 / inverse } else { 0.0 };
             bound.momentum = bound.momentum + DVec3::from(three(v)) * (1.0 / alpha);
-            for (was, is) in [(v, line.v), (w, line.w)] {
+            for (was, is) in [(v, solver_body.v), (w, solver_body.w)] {
                 for c in 0..3 {
                     let (was, d) = (f64::from(was[c]), f64::from(is[c]) - f64::from(was[c]));
                     bound.along += was * d;
@@ -264,14 +271,15 @@ impl Solver<'_> {
         }
     }
 
-    fn side(&self, line: u32) -> Side {
-        if line == 0 {
+    fn side(&self, solver_row: u32) -> Side {
+        if solver_row == 0 {
             return Side::FIXED;
         }
-        let i = line as usize;
+        let i = solver_row as usize;
         let moments = self.bodies.at(self.plan.members[i - 1]).inertia.moments;
         let turns = moments.max_element() > 0.0;
-        let (line, whitening) = (self.body.lines.read(i), self.body.whitening.read(i));
+        let (solver_body, whitening) =
+            (self.body.solver_bodies.read(i), self.body.whitening.read(i));
         let (alpha, s) = (whitening.alpha(), whitening.s());
         let [v, w] = self.body.aux.read(i).before();
         let motion = |v: [f32; 4]| DVec3::from(three(v) * alpha);
@@ -279,31 +287,31 @@ impl Solver<'_> {
         Side {
             mass: f64::from(1.0 / (alpha * alpha)),
             moment: if turns { f64::from(moments.max_element()) } else { f64::INFINITY },
-            moved: motion(line.x),
-            turn: turn(line.t),
-            v: [motion(v), motion(line.v)],
-            w: [turn(w), turn(line.w)],
+            moved: motion(solver_body.x),
+            turn: turn(solver_body.t),
+            v: [motion(v), motion(solver_body.v)],
+            w: [turn(w), turn(solver_body.w)],
         }
     }
 
-    fn tree_line(&self, tree: &Tree) -> usize {
-        self.tree.bodies.read(tree.bodies.start).line as usize
+    fn tree_row(&self, tree: &Tree) -> usize {
+        self.tree.bodies.read(tree.bodies.start).solver_row as usize
     }
 
     /// Scales all impulses of the islands over their bound by their factors.
     #[expect(clippy::cast_possible_truncation, reason = "a factor")]
     fn take_part(&self, group: &Group, bounds: &mut [Bound]) {
-        for i in self.bin_lines(group) {
+        for i in self.bin_rows(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
-            let (part, line) = (bound.part as f32, self.body.lines.row(i));
+            let (part, solver_body) = (bound.part as f32, self.body.solver_bodies.row(i));
             let [v, w] = self.body.aux.read(i).before();
             if part > 0.0 {
                 for c in 0..4 {
-                    line.v[c] = v[c] + (line.v[c] - v[c]) * part;
-                    line.w[c] = w[c] + (line.w[c] - w[c]) * part;
+                    solver_body.v[c] = v[c] + (solver_body.v[c] - v[c]) * part;
+                    solver_body.w[c] = w[c] + (solver_body.w[c] - w[c]) * part;
                 }
             } else {
-                (line.v, line.w) = (v, w);
+                (solver_body.v, solver_body.w) = (v, w);
             }
         }
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
@@ -368,15 +376,17 @@ impl Solver<'_> {
             }
         }
         for tree in self.trees(group) {
-            let line = self.tree_line(tree);
-            if let Some(bound) = self.over(line, group, bounds) {
+            let solver_row = self.tree_row(tree);
+            if let Some(bound) = self.over(solver_row, group, bounds) {
                 self.restrain_tree(tree, bound.part);
             }
         }
         for i in group.couplings.clone() {
             let row = self.joint.couplings.row(i);
-            let line = row.lines().next();
-            if let Some(bound) = line.and_then(|line| self.over(line, group, bounds)) {
+            let solver_row = row.solver_rows().next();
+            if let Some(bound) =
+                solver_row.and_then(|solver_row| self.over(solver_row, group, bounds))
+            {
                 row.restrain(bound.part as f32);
             }
         }

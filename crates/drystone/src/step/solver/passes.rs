@@ -29,7 +29,7 @@ impl Solver<'_> {
     /// Builds the group's rows and applies the stored impulses.
     pub(super) fn begin(&self, number: usize, jobs: &Jobs<'_>) -> Progress {
         let group = &self.plan.groups[number];
-        let locked = self.prepare_lines(number, jobs);
+        let locked = self.prepare_bodies(number, jobs);
         self.prepare_joints(group, jobs);
         self.prepare_couplings(group);
         self.prepare_trees(group);
@@ -43,7 +43,7 @@ impl Solver<'_> {
         if self.collides() {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
             let impacts = self.impacts.row(number);
-            impacts.begin(&self.impact_source(group), arrives, blocks, group.lines.len());
+            impacts.begin(&self.impact_source(group), arrives, blocks, group.solver_rows.len());
         }
         Progress { done: 0, kicked: true, locked }
     }

@@ -27,16 +27,16 @@ impl Solver<'_> {
             // substeps.
             ctx.impulse_scale = 1.0 / ctx.store_scale();
         }
-        for i in group.lines.clone() {
+        for i in group.solver_rows.clone() {
             self.put_end(i, *self.body.states.read(i));
         }
     }
 
     /// Stores a body's state at the step's end. Its solver body keeps its motion, which `finalize`
     /// then does not read.
-    pub(super) fn put_end(&self, line: usize, end: BodyState) {
-        *self.body.states.row(line) = end;
-        self.body.aux.row(line).ended = true;
+    pub(super) fn put_end(&self, solver_row: usize, end: BodyState) {
+        *self.body.states.row(solver_row) = end;
+        self.body.aux.row(solver_row).ended = true;
     }
 
     /// State of a body at the start of the round.
@@ -47,9 +47,9 @@ impl Solver<'_> {
     }
 
     fn moved(&self, row: u32, body: &Body) -> BodyState {
-        let line = self.body.line_of[row as usize] as usize;
-        if line != 0 {
-            return *self.body.states.read(line);
+        let solver_row = self.body.solver_row_of[row as usize] as usize;
+        if solver_row != 0 {
+            return *self.body.states.read(solver_row);
         }
         let start = BodyState::of(body);
         if !body.active() {
@@ -61,10 +61,10 @@ impl Solver<'_> {
     }
 
     fn move_on(&self, group: &Group) {
-        for i in group.lines.clone() {
+        for i in group.solver_rows.clone() {
             let start = self.at_start(self.plan.members[i - 1]);
             *self.body.states.row(i) =
-                start.after(self.body.lines.read(i), self.body.whitening.read(i));
+                start.after(self.body.solver_bodies.read(i), self.body.whitening.read(i));
         }
     }
 }

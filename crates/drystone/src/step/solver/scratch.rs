@@ -56,7 +56,7 @@ impl Scratch {
     /// Discards classic rows when a default method takes over. In blocks solver body 0 cannot be
     /// pushed, and the solver bodies of a classic method differ.
     pub(super) fn leave_classic(&mut self) {
-        if self.classic.leave(&mut self.solved.line_of) {
+        if self.classic.leave(&mut self.solved.solver_row_of) {
             self.solved.discard();
         }
     }

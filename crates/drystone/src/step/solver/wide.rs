@@ -59,7 +59,7 @@ pub(crate) fn solve(
         joints,
         contacts,
         colors,
-        &mut s.solved.line_of,
+        &mut s.solved.solver_row_of,
         ctx.tree_ratio,
         parts,
         jobs,
@@ -74,7 +74,7 @@ pub(crate) fn solve(
     s.joint.allocate(&s.plan, breakage);
     s.tree.allocate(&s.plan, breakage);
     s.make_impacts(has_extras || has_impacts);
-    with_particles::find_groups(&s.plan, &s.solved.line_of, tied.scratch);
+    with_particles::find_groups(&s.plan, &s.solved.solver_row_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     // SAFETY: groups share no constraint and no body that can be pushed. In a group that several
     // workers share, a pass runs over bodies, or over colors, each of which touches such a body
@@ -170,42 +170,42 @@ impl Solver<'_> {
     }
 
     pub(crate) fn accelerate(&self, group: &Group, jobs: &Jobs<'_>, first: bool) {
-        self.for_lines(group, jobs, &|lines, aux| {
-            for (line, aux) in lines.iter_mut().zip(aux) {
-                integrate::velocities(line, aux, first);
+        self.for_bodies(group, jobs, &|solver_bodies, aux| {
+            for (solver_body, aux) in solver_bodies.iter_mut().zip(aux) {
+                integrate::velocities(solver_body, aux, first);
             }
         });
     }
 
     pub(crate) fn advance(&self, group: &Group, jobs: &Jobs<'_>) {
         let h = self.ctx.h;
-        self.for_lines(group, jobs, &|lines, aux| {
-            for (line, aux) in lines.iter_mut().zip(aux) {
-                integrate::positions(line, h);
-                integrate::velocities(line, aux, false);
+        self.for_bodies(group, jobs, &|solver_bodies, aux| {
+            for (solver_body, aux) in solver_bodies.iter_mut().zip(aux) {
+                integrate::positions(solver_body, h);
+                integrate::velocities(solver_body, aux, false);
             }
         });
     }
 
     pub(crate) fn drift(&self, group: &Group, jobs: &Jobs<'_>) {
         let h = self.ctx.h;
-        self.for_lines(group, jobs, &|lines, _| {
-            for line in lines {
-                integrate::positions(line, h);
+        self.for_bodies(group, jobs, &|solver_bodies, _| {
+            for solver_body in solver_bodies {
+                integrate::positions(solver_body, h);
             }
         });
     }
 
-    fn for_lines(
+    fn for_bodies(
         &self,
         group: &Group,
         jobs: &Jobs<'_>,
         f: &(dyn Fn(&mut [SolverBody], &mut [Aux]) + Sync),
     ) {
-        let n = group.lines.len();
+        let n = group.solver_rows.len();
         for_shares(jobs, n, 256, |part| {
-            let part = group.lines.start + part.start..group.lines.start + part.end;
-            f(self.body.lines.slice(part.clone()), self.body.aux.slice(part));
+            let part = group.solver_rows.start + part.start..group.solver_rows.start + part.end;
+            f(self.body.solver_bodies.slice(part.clone()), self.body.aux.slice(part));
         });
     }
 

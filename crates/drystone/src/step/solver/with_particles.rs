@@ -17,19 +17,19 @@ use crate::base::threads::jobs::{Jobs, for_ranges};
 use crate::state::bodies::Bodies;
 use crate::state::def::method::Pass;
 use crate::step::context::StepContext;
-use crate::step::particles::pace::BodyLines;
+use crate::step::particles::pace::SolverBodies;
 use crate::step::particles::tied;
 use crate::step::particles::tied::Tied;
 use crate::step::solver_body::three;
 
 /// Finds the groups with a dragged body.
-pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut tied::Scratch) {
+pub(super) fn find_groups(plan: &Plan, solver_row_of: &[u32], tied: &mut tied::Scratch) {
     tied.groups.clear();
     for row in &tied.dragged {
-        let line = line_of[*row as usize];
-        debug_assert!(line != 0, "dragged bodies have lines");
-        if line != 0 {
-            tied.groups.push(plan.group_of(line));
+        let solver_row = solver_row_of[*row as usize];
+        debug_assert!(solver_row != 0, "dragged bodies have solver_rows");
+        if solver_row != 0 {
+            tied.groups.push(plan.group_of(solver_row));
         }
     }
     tied.groups.sort_unstable();
@@ -48,9 +48,9 @@ impl Solver<'_> {
         self.for_groups(&groups, jobs, &|i, number, jobs| {
             *self.progress.row(i) = self.begin(number, jobs);
         });
-        let to = BodyLines {
-            line_of: self.body.line_of,
-            lines: self.body.lines,
+        let to = SolverBodies {
+            solver_row_of: self.body.solver_row_of,
+            solver_bodies: self.body.solver_bodies,
             whitening: self.body.whitening,
         };
         tied.begin(self.bodies, &to, jobs);
@@ -60,7 +60,7 @@ impl Solver<'_> {
             });
             self.run_particle_pass(step, tied, jobs);
         }
-        tied.end(self.body.lines, jobs);
+        tied.end(self.body.solver_bodies, jobs);
         self.for_groups(&groups, jobs, &|i, number, jobs| {
             self.end(number, self.progress.read(i), jobs);
         });
@@ -90,7 +90,7 @@ impl Solver<'_> {
         let PassStep { substep, pass, kicks } = step;
         match pass {
             Pass::Velocities => tied.velocities(substep == 0, jobs),
-            Pass::Solve { .. } => tied.solve(substep, self.body.lines, jobs),
+            Pass::Solve { .. } => tied.solve(substep, self.body.solver_bodies, jobs),
             Pass::Positions => {
                 tied.positions(jobs);
                 if kicks {
@@ -100,7 +100,7 @@ impl Solver<'_> {
             Pass::Relax => {
                 #[expect(clippy::cast_precision_loss, reason = "at most 256")]
                 let moved = (substep + 1).min(self.ctx.substeps) as f32 * self.ctx.h;
-                tied.relax(moved, self.body.lines, jobs);
+                tied.relax(moved, self.body.solver_bodies, jobs);
             }
             _ => {}
         }
@@ -121,22 +121,22 @@ pub(super) fn follow(
         return;
     }
     for row in &tied.scratch.dragged {
-        let (line, body) = (solved.line_of[*row as usize] as usize, bodies.at(*row));
-        let was = solved.lines[line];
+        let (solver_row, body) = (solved.solver_row_of[*row as usize] as usize, bodies.at(*row));
+        let was = solved.solver_bodies[solver_row];
         let start = BodyState::of(body);
         let velocity = BodyState { v: three(was.v), w: three(was.w), ..start };
         let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity, Vec3::ZERO);
         let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
         let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
         (to.x, to.t) = (way.v, way.w);
-        (solved.lines[line], solved.whitening[line], solved.free[line]) =
+        (solved.solver_bodies[solver_row], solved.whitening[solver_row], solved.free[solver_row]) =
             (to, whitening, Some(false));
     }
     // SAFETY: particles are solved by colors, whose rows share no body that can be pushed.
     let apart = unsafe { Apart::promise() };
-    let to = BodyLines {
-        line_of: &solved.line_of,
-        lines: Rows::new(&mut solved.lines, apart),
+    let to = SolverBodies {
+        solver_row_of: &solved.solver_row_of,
+        solver_bodies: Rows::new(&mut solved.solver_bodies, apart),
         whitening: Rows::new(&mut solved.whitening, apart),
     };
     tied.follow(bodies, &to, jobs);

@@ -34,7 +34,8 @@ impl LinkRef<'_> {
     #[must_use]
     pub fn particles(&self) -> [ParticleId; 2] {
         let [a, b] = self.ends();
-        let id = |line: u32| self.tables.particles.rows.id_at(line - 1).expect("ends live");
+        let id =
+            |solver_row: u32| self.tables.particles.rows.id_at(solver_row - 1).expect("ends live");
         [id(a), id(b)]
     }
 
@@ -137,8 +138,8 @@ impl World {
         let Some(row) = particles.links.row(id) else { return false };
         let link = particles.links.at(row).expect("the row of an id lives");
         let (block, lane) = particles.block_of(link);
-        let line = block.row_a[lane];
-        particles.wake_strand(line);
+        let solver_row = block.row_a[lane];
+        particles.wake_strand(solver_row);
         particles.remove_link(id)
     }
 
@@ -189,8 +190,8 @@ impl LinkMut<'_> {
         let block = &mut particles.colors[link.color as usize].blocks[link.block as usize];
         let lane = usize::from(link.lane);
         block.length[lane] = length;
-        let line = block.row_a[lane];
-        particles.wake_strand(line);
+        let solver_row = block.row_a[lane];
+        particles.wake_strand(solver_row);
         Ok(())
     }
 }

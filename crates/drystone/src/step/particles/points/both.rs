@@ -27,16 +27,16 @@ pub(super) fn read<S: Simd>(
     ground: &Ground<'_>,
     pushes: bool,
 ) -> Both<S> {
-    let lines = read_lanes(&ground.particles, &block.line);
-    let (mut v, mut x) = ([&lines[0].v; LANES], [&lines[0].x; LANES]);
+    let states = read_lanes(&ground.particles, &block.solver_row);
+    let (mut v, mut x) = ([&states[0].v; LANES], [&states[0].x; LANES]);
     for lane in 1..LANES {
-        (v[lane], x[lane]) = (&lines[lane].v, &lines[lane].x);
+        (v[lane], x[lane]) = (&states[lane].v, &states[lane].x);
     }
     let [vx, vy, vz, w] = gather4(simd, v);
     let [xx, xy, xz, moves] = gather4(simd, x);
     let (mut v, x) = (Vec3w { x: vx, y: vy, z: vz }, Vec3w { x: xx, y: xy, z: xz });
     if ground.pace.form == Form::Verlet {
-        let before = gather(simd, read_lanes(&ground.before, &block.line));
+        let before = gather(simd, read_lanes(&ground.before, &block.solver_row));
         v = (x - before) * splat(simd, ground.pace.inv_h);
     }
     let (mut body, mut alpha) = (Velocity::zero(simd), splat(simd, 0.0));
@@ -100,7 +100,7 @@ impl<S: Simd> Both<S> {
     pub(crate) fn write(self, simd: S, block: &PointBlock, ground: &Ground<'_>, pushes: bool) {
         let is_verlet = ground.pace.form == Form::Verlet;
         let (row, last) = if is_verlet { (self.x, self.moves) } else { (self.v, self.w) };
-        write_ends(&ground.particles, &block.line, row, last, is_verlet);
+        write_ends(&ground.particles, &block.solver_row, row, last, is_verlet);
         if pushes {
             store_velocity(simd, &ground.bodies, &block.body, self.body);
         }

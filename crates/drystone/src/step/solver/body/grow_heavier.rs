@@ -31,7 +31,7 @@ impl Solver<'_> {
     /// changes them.
     pub(crate) fn slow_heavier(&self, number: usize, jobs: &Jobs<'_>) {
         let (group, frames) = (&self.plan.groups[number], self.body.frames.row(number));
-        let (first, n) = (group.lines.start, group.lines.len());
+        let (first, n) = (group.solver_rows.start, group.solver_rows.len());
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
         let read = |k: usize| {
             let body = body_of(first + k);
@@ -96,7 +96,7 @@ impl Solver<'_> {
     }
 
     fn put_slowed(&self, i: usize, body: &Body, factor: f32, start: &BodyState) {
-        self.put_line(i, body, factor, start, integrate::gyration(self.ctx, body, start));
+        self.put_body(i, body, factor, start, integrate::gyration(self.ctx, body, start));
     }
 
     /// True for a joint to a body that cannot be pushed.
@@ -110,7 +110,7 @@ impl Solver<'_> {
     fn add_support(&self, c: &Contact, frames: &mut Frames) {
         let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let (support, island) =
-            match [c.body_a, c.body_b].map(|row| self.body.line_of[row as usize]) {
+            match [c.body_a, c.body_b].map(|row| self.body.solver_row_of[row as usize]) {
                 // A contact may still name a body that was deactivated.
                 [0, 0] => return,
                 [0, _] => (a, b.sleep.island),

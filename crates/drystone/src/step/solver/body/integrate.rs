@@ -100,14 +100,14 @@ pub(crate) fn whiten(
     if factor > 1.0 {
         acc *= 1.0 / factor;
     }
-    let line =
+    let solver_body =
         SolverBody { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.forces.torque + body.forces.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration) * (1.0 / ctx.substeps as f32);
     let aux = Aux {
-        before_v: line.v,
-        before_w: line.w,
+        before_v: solver_body.v,
+        before_w: solver_body.w,
         locked: body.inertia.locks.linear,
         calm: false,
         ended: false,
@@ -117,7 +117,7 @@ pub(crate) fn whiten(
         decay_v: decay(body.forces.linear_damping, ctx.h),
         decay_w: decay(body.forces.angular_damping, ctx.h),
     };
-    (line, Whitening::new(alpha, &s), aux, acc)
+    (solver_body, Whitening::new(alpha, &s), aux, acc)
 }
 
 /// Change of angular velocity in a whole step by free rotation alone: L is constant, the inertia
@@ -157,15 +157,15 @@ fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
 /// by the body's impulses in the last substep. (In the first substep, preparing the rows has added
 /// it.)
 #[inline(always)]
-pub(crate) fn velocities(line: &mut SolverBody, aux: &mut Aux, first: bool) {
+pub(crate) fn velocities(solver_body: &mut SolverBody, aux: &mut Aux, first: bool) {
     for i in 0..4 {
-        let (v, w) = (line.v[i], line.w[i]);
+        let (v, w) = (solver_body.v[i], solver_body.w[i]);
         let (impulse_v, impulse_w) = (v - aux.before_v[i], w - aux.before_w[i]);
         let (from_v, from_w) = if first { (aux.before_v[i], aux.before_w[i]) } else { (v, w) };
         aux.before_v[i] = (from_v + aux.add_v[i]) * aux.decay_v;
         aux.before_w[i] = (from_w + aux.add_w[i]) * aux.decay_w;
-        line.v[i] = aux.before_v[i] + impulse_v;
-        line.w[i] = aux.before_w[i] + impulse_w;
+        solver_body.v[i] = aux.before_v[i] + impulse_v;
+        solver_body.w[i] = aux.before_w[i] + impulse_w;
     }
 }
 
@@ -185,10 +185,10 @@ pub(crate) fn load_start<S: Simd>(
 
 /// Advances positions by one substep.
 #[inline(always)]
-pub(crate) fn positions(line: &mut SolverBody, h: f32) {
+pub(crate) fn positions(solver_body: &mut SolverBody, h: f32) {
     for i in 0..4 {
-        line.x[i] += h * line.v[i];
-        line.t[i] += h * line.w[i];
+        solver_body.x[i] += h * solver_body.v[i];
+        solver_body.t[i] += h * solver_body.w[i];
     }
 }
 
@@ -196,7 +196,7 @@ pub(crate) fn positions(line: &mut SolverBody, h: f32) {
 #[inline(always)]
 pub(crate) fn unwhiten(
     ctx: &StepContext,
-    line: &SolverBody,
+    solver_body: &SolverBody,
     whitening: &Whitening,
     (aux, factor): (&Aux, f32),
     end: Option<&BodyState>,
@@ -207,11 +207,11 @@ pub(crate) fn unwhiten(
         (body.center, body.rotation) = (end.center, end.rotation);
         return;
     }
-    let end = BodyState::of(body).after(line, whitening);
+    let end = BodyState::of(body).after(solver_body, whitening);
     (body.center, body.rotation) = (end.center, end.rotation);
     (body.v, body.w, body.history.w_rest) = (end.v, end.w, Vec3::ZERO);
     if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > FAR_TURN * FAR_TURN {
-        keep_turning_energy(body, factor, three(line.w));
+        keep_turning_energy(body, factor, three(solver_body.w));
     }
 }
 

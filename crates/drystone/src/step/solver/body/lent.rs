@@ -12,8 +12,8 @@ use crate::step::solver_body::{SolverBody, Whitening};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyRows<'a> {
     /// Solver body of each row of the table of bodies; 0: none.
-    pub(crate) line_of: &'a [u32],
-    pub(crate) lines: Rows<'a, SolverBody>,
+    pub(crate) solver_row_of: &'a [u32],
+    pub(crate) solver_bodies: Rows<'a, SolverBody>,
     pub(crate) whitening: Rows<'a, Whitening>,
     pub(crate) aux: Rows<'a, Aux>,
     /// Acceleration by forces [m/s²].

@@ -17,13 +17,14 @@ use crate::step::solver::plan::group::Group;
 
 impl Solver<'_> {
     /// True if a translation of one of the bodies is locked.
-    pub(crate) fn prepare_lines(&self, number: usize, jobs: &Jobs<'_>) -> bool {
+    pub(crate) fn prepare_bodies(&self, number: usize, jobs: &Jobs<'_>) -> bool {
         let group = &self.plan.groups[number];
-        let n = group.lines.len();
+        let n = group.solver_rows.len();
         let found = [false; 2].map(AtomicBool::new);
         for_shares(jobs, n, 64, |part| {
             let mut any = [false; 2];
-            let (first, end) = (part.start + group.lines.start, part.end + group.lines.start);
+            let (first, end) =
+                (part.start + group.solver_rows.start, part.end + group.solver_rows.start);
             for eight in (first..end).step_by(LANES) {
                 let rows = &self.plan.members[eight - 1..(eight + LANES).min(end) - 1];
                 let starts: [BodyState; LANES] =
@@ -37,7 +38,7 @@ impl Solver<'_> {
                         if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
                     any[0] |= factor > body.history.inertia_factor;
                     any[1] |=
-                        self.put_line(eight + lane, body, factor, &starts[lane], gyrations[lane]);
+                        self.put_body(eight + lane, body, factor, &starts[lane], gyrations[lane]);
                 }
             }
             for (found, any) in found.iter().zip(any).filter(|(_, any)| *any) {
@@ -49,7 +50,7 @@ impl Solver<'_> {
         locked
     }
 
-    pub(crate) fn put_line(
+    pub(crate) fn put_body(
         &self,
         i: usize,
         body: &Body,
@@ -57,19 +58,19 @@ impl Solver<'_> {
         start: &BodyState,
         gyration: Vec3,
     ) -> bool {
-        let (line, whitening, aux, acc) =
+        let (solver_body, whitening, aux, acc) =
             integrate::whiten(self.ctx, body, factor, start, gyration);
         let fineness = self.ctx.fineness;
         *self.body.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
-        (*self.body.lines.row(i), *self.body.whitening.row(i)) = (line, whitening);
+        (*self.body.solver_bodies.row(i), *self.body.whitening.row(i)) = (solver_body, whitening);
         (*self.body.aux.row(i), *self.body.acceleration.row(i)) = (aux, acc);
         aux.is_locked()
     }
 
     /// Removes locked translations: a projection after every pass.
     pub(crate) fn hold_locked(&self, group: &Group) {
-        for i in group.lines.clone() {
-            self.body.aux.read(i).hold_locked(self.body.lines.row(i));
+        for i in group.solver_rows.clone() {
+            self.body.aux.read(i).hold_locked(self.body.solver_bodies.row(i));
         }
     }
 }

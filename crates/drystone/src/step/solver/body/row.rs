@@ -38,18 +38,19 @@ pub(crate) struct Carried {
 
 impl Aux {
     /// Removes the impulses carried from the last substep from the solver body's velocity.
-    pub(crate) fn lift(&self, line: &mut SolverBody) -> Carried {
-        let carried = Carried { v: [line.v, self.before_v], w: [line.w, self.before_w] };
-        (line.v, line.w) = (self.before_v, self.before_w);
+    pub(crate) fn lift(&self, solver_body: &mut SolverBody) -> Carried {
+        let carried =
+            Carried { v: [solver_body.v, self.before_v], w: [solver_body.w, self.before_w] };
+        (solver_body.v, solver_body.w) = (self.before_v, self.before_w);
         carried
     }
 
     /// Restores them: exactly the former velocity if no impact changed it.
-    pub(crate) fn put_back(&self, line: &mut SolverBody, carried: &Carried) {
+    pub(crate) fn put_back(&self, solver_body: &mut SolverBody, carried: &Carried) {
         let Carried { v: [v, before_v], w: [w, before_w] } = carried;
         for i in 0..4 {
-            line.v[i] = v[i] + (self.before_v[i] - before_v[i]);
-            line.w[i] = w[i] + (self.before_w[i] - before_w[i]);
+            solver_body.v[i] = v[i] + (self.before_v[i] - before_v[i]);
+            solver_body.w[i] = w[i] + (self.before_w[i] - before_w[i]);
         }
     }
 
@@ -68,8 +69,8 @@ impl Aux {
     }
 
     /// Clears the impulses that the next substep would repeat.
-    pub(crate) fn start_anew(&mut self, line: &SolverBody) {
-        (self.before_v, self.before_w) = (line.v, line.w);
+    pub(crate) fn start_anew(&mut self, solver_body: &SolverBody) {
+        (self.before_v, self.before_w) = (solver_body.v, solver_body.w);
     }
 
     /// Removes impulses, times their scales, from those carried to the next substep.
@@ -123,11 +124,11 @@ impl Aux {
 
     /// Applies an impact, whose impulse the next substep does not repeat.
     #[inline]
-    pub(crate) fn strike(&mut self, line: &mut SolverBody, dv: Vec3, dw: Vec3) {
+    pub(crate) fn strike(&mut self, solver_body: &mut SolverBody, dv: Vec3, dw: Vec3) {
         let (dv, dw) = (four(dv), four(dw));
         for i in 0..4 {
-            line.v[i] += dv[i];
-            line.w[i] += dw[i];
+            solver_body.v[i] += dv[i];
+            solver_body.w[i] += dw[i];
             self.before_v[i] += dv[i];
             self.before_w[i] += dw[i];
         }
@@ -135,7 +136,13 @@ impl Aux {
 
     /// True if only forces and damping moved the body's center in `substeps` substeps of `h`.
     /// (Every impulse of a row moves it.)
-    pub(crate) fn flew(&self, line: &SolverBody, start: [f32; 4], substeps: u32, h: f32) -> bool {
+    pub(crate) fn flew(
+        &self,
+        solver_body: &SolverBody,
+        start: [f32; 4],
+        substeps: u32,
+        h: f32,
+    ) -> bool {
         let (mut v, mut x) = (start, [0.0; 4]);
         for _ in 0..substeps {
             for i in 0..4 {
@@ -143,14 +150,14 @@ impl Aux {
                 x[i] += h * v[i];
             }
         }
-        (0..4).all(|i| same(v[i], line.v[i]) && same(x[i], line.x[i]))
+        (0..4).all(|i| same(v[i], solver_body.v[i]) && same(x[i], solver_body.x[i]))
     }
 
     /// Removes locked translations.
-    pub(crate) fn hold_locked(&self, line: &mut SolverBody) {
+    pub(crate) fn hold_locked(&self, solver_body: &mut SolverBody) {
         for i in 0..3 {
             if self.locked[i] {
-                line.v[i] = 0.0;
+                solver_body.v[i] = 0.0;
             }
         }
     }

@@ -17,8 +17,8 @@ use crate::step::solver_body::{SolverBody, Whitening};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Solved {
     /// Solver body of each row of the table of bodies; 0: none.
-    pub(crate) line_of: Vec<u32>,
-    pub(crate) lines: Vec<SolverBody>,
+    pub(crate) solver_row_of: Vec<u32>,
+    pub(crate) solver_bodies: Vec<SolverBody>,
     pub(crate) whitening: Vec<Whitening>,
     pub(crate) aux: Vec<Aux>,
     pub(crate) squeezes: Vec<Squeeze>,
@@ -37,7 +37,7 @@ impl Solved {
     /// Allocates the rows of a step. `bounces`: some surface has restitution.
     pub(crate) fn allocate(&mut self, plan: &Plan, bounces: bool) {
         let n = plan.members.len() + 1;
-        grow::resize(&mut self.lines, n, SolverBody::default());
+        grow::resize(&mut self.solver_bodies, n, SolverBody::default());
         grow::resize(&mut self.whitening, n, Whitening::default());
         grow::resize(&mut self.aux, n, Aux::default());
         grow::resize(&mut self.acceleration, n, Vec3::ZERO);
@@ -45,7 +45,7 @@ impl Solved {
         let in_rounds = plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
         // Bodies on one ball joint have end states as well.
         let on_joints = !plan.joints.owners.is_empty();
-        let states = in_rounds || on_joints || !plan.turning.lines.is_empty();
+        let states = in_rounds || on_joints || !plan.turning.solver_rows.is_empty();
         grow::resize(&mut self.states, if states { n } else { 0 }, BodyState::default());
         self.frames.resize_with(plan.groups.len().max(self.frames.len()), Frames::default);
         self.free.clear();
@@ -54,8 +54,8 @@ impl Solved {
 
     pub(crate) fn lend(&mut self, apart: Apart) -> BodyRows<'_> {
         BodyRows {
-            line_of: &self.line_of,
-            lines: Rows::new(&mut self.lines, apart),
+            solver_row_of: &self.solver_row_of,
+            solver_bodies: Rows::new(&mut self.solver_bodies, apart),
             whitening: Rows::new(&mut self.whitening, apart),
             aux: Rows::new(&mut self.aux, apart),
             acceleration: Rows::new(&mut self.acceleration, apart),
@@ -68,24 +68,24 @@ impl Solved {
 
     /// Discards the rows, but not the solver body of each row of the table.
     pub(crate) fn discard(&mut self) {
-        (self.lines, self.whitening, self.aux) = Default::default();
+        (self.solver_bodies, self.whitening, self.aux) = Default::default();
         (self.squeezes, self.acceleration) = Default::default();
     }
 
     /// True if nothing pushed this solver body although a surface with restitution was near. The
     /// body flew and must keep its energy.
-    pub(crate) fn flew(&self, line: usize) -> bool {
-        matches!(self.free.get(line), Some(Some(true)))
+    pub(crate) fn flew(&self, solver_row: usize) -> bool {
+        matches!(self.free.get(solver_row), Some(Some(true)))
     }
 
     /// End state of a solver body that does not hold the body's motion.
-    pub(crate) fn end(&self, line: usize) -> Option<&BodyState> {
-        if self.aux[line].ended { self.states.get(line) } else { None }
+    pub(crate) fn end(&self, solver_row: usize) -> Option<&BodyState> {
+        if self.aux[solver_row].ended { self.states.get(solver_row) } else { None }
     }
 
     /// Speed at which overlap correction moves the body of a row [m/s].
     pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
-        let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
-        self.aux.get(line).map_or(0.0, Aux::parting)
+        let solver_row = if is_dynamic { self.solver_row_of[row as usize] as usize } else { 0 };
+        self.aux.get(solver_row).map_or(0.0, Aux::parting)
     }
 }

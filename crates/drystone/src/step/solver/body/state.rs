@@ -33,13 +33,13 @@ impl BodyState {
 
     /// State after the motion of a solver body that began in this state.
     #[inline(always)]
-    pub(crate) fn after(&self, line: &SolverBody, whitening: &Whitening) -> Self {
+    pub(crate) fn after(&self, solver_body: &SolverBody, whitening: &Whitening) -> Self {
         let (alpha, s) = (whitening.alpha(), whitening.s());
         Self {
-            center: self.center + three(line.x) * alpha,
-            rotation: self.rotation.turned_by(s.mul(three(line.t))),
-            v: unwhitened(self.v, line, alpha),
-            w: s.mul(three(line.w)),
+            center: self.center + three(solver_body.x) * alpha,
+            rotation: self.rotation.turned_by(s.mul(three(solver_body.t))),
+            v: unwhitened(self.v, solver_body, alpha),
+            w: s.mul(three(solver_body.w)),
             w_rest: Vec3::ZERO,
         }
     }

@@ -21,12 +21,13 @@ impl Solver<'_> {
             f64::from(n.dot(three(v)) * scale + at(turn, lane).dot(three(w)))
         };
         speeds(|after| {
-            let of = |line: u32, scale: f32, turn: &[Lanes; 3]| {
-                if line == 0 {
+            let of = |solver_row: u32, scale: f32, turn: &[Lanes; 3]| {
+                if solver_row == 0 {
                     return 0.0;
                 }
-                let now = self.body.lines.read(line as usize);
-                let [v, w] = [self.body.aux.read(line as usize).before(), [now.v, now.w]][after];
+                let now = self.body.solver_bodies.read(solver_row as usize);
+                let [v, w] =
+                    [self.body.aux.read(solver_row as usize).before(), [now.v, now.w]][after];
                 along(v, w, scale, turn)
             };
             of(line_b, block.beta[lane], &point.b) - of(line_a, block.alpha[lane], &point.a)
@@ -44,7 +45,8 @@ impl Solver<'_> {
                     let a = if batch.fixed { 0 } else { block.row_a[lane] };
                     let ends = [a, block.row_b[lane]];
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                    let [a, b] = ends.map(|line| *self.body.lines.read(line as usize));
+                    let [a, b] =
+                        ends.map(|solver_row| *self.body.solver_bodies.read(solver_row as usize));
                     let n = at(&block.n, lane);
                     let moved = n.dot(three(b.x)) * block.beta[lane]
                         - n.dot(three(a.x)) * block.alpha[lane];

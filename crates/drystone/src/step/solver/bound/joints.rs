@@ -28,7 +28,7 @@ impl Solver<'_> {
                 for lane in 0..LANES {
                     let ends = [block.row_a[lane], block.row_b[lane]];
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                    let [a, b] = ends.map(|line| self.side(line));
+                    let [a, b] = ends.map(|solver_row| self.side(solver_row));
                     let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
                     let drift = if batch.fixed { vector(&rest.drift, lane) } else { DVec3::ZERO };
                     let gap = vector(&block.gap, lane)
@@ -74,7 +74,7 @@ impl Solver<'_> {
             for lane in 0..LANES {
                 let ends = [block.row_a[lane], block.row_b[lane]];
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                let ends = ends.map(|line| self.side(line));
+                let ends = ends.map(|solver_row| self.side(solver_row));
                 let acting = core::array::from_fn(|axis| {
                     [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane])
                 });
@@ -85,8 +85,8 @@ impl Solver<'_> {
 
     pub(super) fn ask_trees(&self, group: &Group, bounds: &mut [Bound]) {
         for tree in self.trees(group) {
-            let line = self.tree_line(tree);
-            let Some(bound) = self.over(line, group, bounds) else { continue };
+            let solver_row = self.tree_row(tree);
+            let Some(bound) = self.over(solver_row, group, bounds) else { continue };
             for (i, joint) in self.tree_joints(tree) {
                 let row = self.tree.rows.read(i);
                 for (k, p) in row.lambda[..row.count].iter().enumerate() {
@@ -100,7 +100,8 @@ impl Solver<'_> {
                         self.joint.six.read(joint.six as usize / LANES),
                         joint.six as usize % LANES,
                     );
-                    let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
+                    let ends = [block.row_a[lane], block.row_b[lane]]
+                        .map(|solver_row| self.side(solver_row));
                     let (drift, spin) = drifts(block, lane);
                     bound.drive(held, greater(drift, spin));
                     let sweep = JointSweep::solving(self.ctx, 0.0);

@@ -24,15 +24,21 @@ impl Solver<'_> {
                 continue;
             }
             for lane in 0..LANES {
-                for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
-                    let bounces = line != 0 && extra.restitution[lane] > 0.0;
-                    if bounces && self.body.free.read(line).is_none() {
-                        let body = self.bodies.at(self.plan.members[line - 1]);
-                        let start =
-                            solver_body::whitened(body.v, self.body.whitening.read(line).alpha());
-                        let (aux, end) = (self.body.aux.read(line), self.body.lines.read(line));
+                for solver_row in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
+                    let bounces = solver_row != 0 && extra.restitution[lane] > 0.0;
+                    if bounces && self.body.free.read(solver_row).is_none() {
+                        let body = self.bodies.at(self.plan.members[solver_row - 1]);
+                        let start = solver_body::whitened(
+                            body.v,
+                            self.body.whitening.read(solver_row).alpha(),
+                        );
+                        let (aux, end) = (
+                            self.body.aux.read(solver_row),
+                            self.body.solver_bodies.read(solver_row),
+                        );
                         let ctx = self.ctx;
-                        *self.body.free.row(line) = Some(aux.flew(end, start, ctx.substeps, ctx.h));
+                        *self.body.free.row(solver_row) =
+                            Some(aux.flew(end, start, ctx.substeps, ctx.h));
                     }
                 }
             }
@@ -46,7 +52,7 @@ impl Solver<'_> {
         raw::Source {
             ctx,
             bodies: self.bodies,
-            line_of: self.body.line_of,
+            solver_row_of: self.body.solver_row_of,
             whitening: &self.body.whitening,
             acceleration: &self.body.acceleration,
             contacts: &self.contacts,
@@ -72,9 +78,9 @@ impl Solver<'_> {
                     let block = self.contact.blocks.row(i);
                     let extra = if self.contact.has_extras { Some(self.contact.extras.row(i)) } else { None };
                     if batch.fixed {
-                        prepare::pack::<_, true>(simd, &source, owners, block, extra, &self.body.lines);
+                        prepare::pack::<_, true>(simd, &source, owners, block, extra, &self.body.solver_bodies);
                     } else {
-                        prepare::pack::<_, false>(simd, &source, owners, block, extra, &self.body.lines);
+                        prepare::pack::<_, false>(simd, &source, owners, block, extra, &self.body.solver_bodies);
                     }
                     if self.round == 0 {
                         self.watch(i, batch.class & TURNING != 0);
@@ -120,9 +126,9 @@ impl Solver<'_> {
                         tally.add(block, -1.0);
                     }
                     if batch.fixed {
-                        kernel::solve::<_, true>(simd, block, extra, next, &self.body.lines, sweep);
+                        kernel::solve::<_, true>(simd, block, extra, next, &self.body.solver_bodies, sweep);
                     } else {
-                        kernel::solve::<_, false>(simd, block, extra, next, &self.body.lines, sweep);
+                        kernel::solve::<_, false>(simd, block, extra, next, &self.body.solver_bodies, sweep);
                     }
                     if let Some(tally) = tally {
                         tally.add(block, 1.0);

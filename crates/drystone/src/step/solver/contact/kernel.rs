@@ -27,13 +27,13 @@ pub(crate) fn solve<S: Simd, const FIXED: bool>(
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
     next: Next<'_, ContactBlock>,
-    lines: &Rows<'_, SolverBody>,
+    solver_bodies: &Rows<'_, SolverBody>,
     sweep: &ContactSweep,
 ) {
     match block.count {
-        1 => solve_points::<S, FIXED, 1>(simd, block, extra, next, lines, sweep),
-        2 => solve_points::<S, FIXED, 2>(simd, block, extra, next, lines, sweep),
-        _ => solve_points::<S, FIXED, 4>(simd, block, extra, next, lines, sweep),
+        1 => solve_points::<S, FIXED, 1>(simd, block, extra, next, solver_bodies, sweep),
+        2 => solve_points::<S, FIXED, 2>(simd, block, extra, next, solver_bodies, sweep),
+        _ => solve_points::<S, FIXED, 4>(simd, block, extra, next, solver_bodies, sweep),
     }
 }
 
@@ -127,7 +127,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     block: &mut ContactBlock,
     mut extra: Option<&mut Extra>,
     next: Next<'_, ContactBlock>,
-    lines: &Rows<'_, SolverBody>,
+    solver_bodies: &Rows<'_, SolverBody>,
     sweep: &ContactSweep,
 ) {
     // The next block is prefetched in pieces of two to eight cache lines, in the order of use. Each
@@ -137,15 +137,16 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     next.ask(0..5);
     let zero = splat(simd, 0.0);
     let n = Vec3w::load(simd, &block.n);
-    let (beta, mut vb) = (load(simd, &block.beta), load_velocity(simd, lines, &block.row_b));
-    let xb = load_motion(simd, lines, &block.row_b);
+    let (beta, mut vb) =
+        (load(simd, &block.beta), load_velocity(simd, solver_bodies, &block.row_b));
+    let xb = load_motion(simd, solver_bodies, &block.row_b);
     let (mut u, mut moved) = (n.dot(vb.v) * beta, n.dot(xb.v) * beta);
     let mut va = Velocity::zero(simd);
     let mut xa = va;
     if !FIXED {
         let alpha = load(simd, &block.alpha);
-        va = load_velocity(simd, lines, &block.row_a);
-        xa = load_motion(simd, lines, &block.row_a);
+        va = load_velocity(simd, solver_bodies, &block.row_a);
+        xa = load_motion(simd, solver_bodies, &block.row_a);
         u -= n.dot(va.v) * alpha;
         moved -= n.dot(xa.v) * alpha;
     }
@@ -251,9 +252,9 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let limit = load(simd, &block.mu) * total;
     let of = extra.as_deref().map(|extra| (extra, elapsed));
     rub::<S, FIXED>(simd, block, of, &mut va, &mut vb, (n, pushed), limit);
-    store_velocity(simd, lines, &block.row_b, vb);
+    store_velocity(simd, solver_bodies, &block.row_b, vb);
     if !FIXED {
-        store_velocity(simd, lines, &block.row_a, va);
+        store_velocity(simd, solver_bodies, &block.row_a, va);
     }
 }
 

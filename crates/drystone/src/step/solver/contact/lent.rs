@@ -99,7 +99,7 @@ impl ContactScratch {
         if is_over(&mut self.plain, needs.extras, KEPT_STEPS) {
             self.extras = Vec::new();
         }
-        if !plan.turning.lines.is_empty() && self.meshes.len() < groups {
+        if !plan.turning.solver_rows.is_empty() && self.meshes.len() < groups {
             self.meshes.resize_with(groups, MeshScratch::default);
         }
         self.watches.clear();

@@ -48,7 +48,7 @@ impl Solver<'_> {
         for i in blocks {
             self.contact.partings.row(i).is_ready = false;
         }
-        for i in group.lines.clone() {
+        for i in group.solver_rows.clone() {
             *self.contact.pseudo_velocities.row(i) = SolverBody::default();
         }
         for _ in 0..SWEEPS {
@@ -64,13 +64,13 @@ impl Solver<'_> {
                 });
             });
             if locked {
-                for i in group.lines.clone() {
+                for i in group.solver_rows.clone() {
                     self.body.aux.read(i).hold_locked(self.contact.pseudo_velocities.row(i));
                 }
             }
         }
-        for_shares(jobs, group.lines.len(), 64, |part| {
-            for i in group.lines.start + part.start..group.lines.start + part.end {
+        for_shares(jobs, group.solver_rows.len(), 64, |part| {
+            for i in group.solver_rows.start + part.start..group.solver_rows.start + part.end {
                 self.move_apart(i);
             }
         });
@@ -128,7 +128,10 @@ impl Solver<'_> {
         let inv_dt = splat(simd, 1.0 / ctx.dt);
         let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
         let of = |load: fn(S, &ReadRows<'_, SolverBody>, &[u32; LANES]) -> Velocity<S>| {
-            (load(simd, &self.body.lines, &block.row_a), load(simd, &self.body.lines, &block.row_b))
+            (
+                load(simd, &self.body.solver_bodies, &block.row_a),
+                load(simd, &self.body.solver_bodies, &block.row_b),
+            )
         };
         let (motion, velocity) = (of(load_motion), of(load_velocity));
         let mut most = zero;
@@ -163,8 +166,9 @@ impl Solver<'_> {
 
     /// 1 for each lane whose bodies may be displaced.
     fn taking_part(&self, block: &ContactBlock) -> Lanes {
-        let free =
-            |line: u32| line == 0 || is_free(self.bodies.at(self.plan.members[line as usize - 1]));
+        let free = |solver_row: u32| {
+            solver_row == 0 || is_free(self.bodies.at(self.plan.members[solver_row as usize - 1]))
+        };
         core::array::from_fn(|lane| {
             let is_free = free(block.row_a[lane]) && free(block.row_b[lane]);
             f32::from(u8::from(is_free))
@@ -183,16 +187,16 @@ impl Solver<'_> {
         let part = |size: f32, most: f32| if size > most { most / size } else { 1.0 };
         let of_v = part(v.length(), DEEP_RATE * extent);
         let of_w = part(w.length(), DEEP_RATE);
-        let (line, dt) = (self.body.lines.row(i), self.ctx.dt);
+        let (solver_body, dt) = (self.body.solver_bodies.row(i), self.ctx.dt);
         for k in 0..4 {
-            line.x[k] += dt * of_v * way.v[k];
+            solver_body.x[k] += dt * of_v * way.v[k];
         }
         if self.plan.turning.bodies.contains(row) {
             let state = self.body.states.row(i);
             state.rotation = state.rotation.turned_by(w * (dt * of_w));
         } else {
             for k in 0..4 {
-                line.t[k] += dt * of_w * way.w[k];
+                solver_body.t[k] += dt * of_w * way.w[k];
             }
         }
         self.body.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);

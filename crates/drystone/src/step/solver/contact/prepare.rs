@@ -22,19 +22,19 @@ pub(crate) fn pack<S: Simd, const FIXED: bool>(
     owners: &[u32; LANES],
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
-    lines: &Rows<'_, SolverBody>,
+    solver_bodies: &Rows<'_, SolverBody>,
 ) {
     let Some(warm) = build::<S, FIXED>(simd, source, owners, block, extra) else { return };
     // v̂ += M^-½ Jᵀ λ for the impulses of the last step.
-    let mut vb = load_velocity(simd, lines, &block.row_b);
+    let mut vb = load_velocity(simd, solver_bodies, &block.row_b);
     vb.v = vb.v + warm.push * load(simd, &block.beta);
     vb.w = vb.w + warm.turn_b;
-    store_velocity(simd, lines, &block.row_b, vb);
+    store_velocity(simd, solver_bodies, &block.row_b, vb);
     if !FIXED {
-        let mut va = load_velocity(simd, lines, &block.row_a);
+        let mut va = load_velocity(simd, solver_bodies, &block.row_a);
         va.v = va.v - warm.push * load(simd, &block.alpha);
         va.w = va.w - warm.turn_a;
-        store_velocity(simd, lines, &block.row_a, va);
+        store_velocity(simd, solver_bodies, &block.row_a, va);
     }
 }
 

@@ -45,7 +45,7 @@ pub(crate) struct Source<'a> {
     pub(crate) ctx: &'a StepContext,
     pub(crate) bodies: &'a Bodies,
     /// Solver body of each body row; 0 for bodies that cannot be pushed.
-    pub(crate) line_of: &'a [u32],
+    pub(crate) solver_row_of: &'a [u32],
     pub(crate) whitening: &'a ReadRows<'a, Whitening>,
     /// Acceleration of each solver body [m/s²].
     pub(crate) acceleration: &'a ReadRows<'a, Vec3>,
@@ -116,7 +116,8 @@ impl<'a> Raw<'a> {
                 continue;
             }
             let Some(c) = source.contacts.read(owners[lane] as usize) else { continue };
-            let (a, b) = (source.line_of[c.body_a as usize], source.line_of[c.body_b as usize]);
+            let (a, b) =
+                (source.solver_row_of[c.body_a as usize], source.solver_row_of[c.body_b as usize]);
             raw.contacts[lane] = c;
             raw.count[lane] = f32::from(c.count);
             raw.landing[lane] = landing(c, source);

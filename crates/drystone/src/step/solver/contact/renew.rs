@@ -85,21 +85,21 @@ impl Solver<'_> {
     }
 
     /// Solver bodies of the group's turning bodies.
-    fn turning_lines(&self, group: &Group) -> &[u32] {
-        let lines = &self.plan.turning.lines;
-        let at = |line: usize| lines.partition_point(|of| (*of as usize) < line);
-        &lines[at(group.lines.start)..at(group.lines.end)]
+    fn turning_rows(&self, group: &Group) -> &[u32] {
+        let solver_rows = &self.plan.turning.solver_rows;
+        let at = |solver_row: usize| solver_rows.partition_point(|of| (*of as usize) < solver_row);
+        &solver_rows[at(group.solver_rows.start)..at(group.solver_rows.end)]
     }
 
     /// Prepares turning bodies at the step's start: free rotation is integrated separately, so it
     /// adds no velocity change.
     pub(crate) fn begin_turning(&self, group: &Group) {
-        for line in self.turning_lines(group) {
-            let line = *line as usize;
-            let body = self.bodies.at(self.plan.members[line - 1]);
-            *self.body.states.row(line) = BodyState::of(body);
-            self.body.aux.row(line).turn_by_torque(
-                self.body.whitening.read(line),
+        for solver_row in self.turning_rows(group) {
+            let solver_row = *solver_row as usize;
+            let body = self.bodies.at(self.plan.members[solver_row - 1]);
+            *self.body.states.row(solver_row) = BodyState::of(body);
+            self.body.aux.row(solver_row).turn_by_torque(
+                self.body.whitening.read(solver_row),
                 body,
                 self.ctx.h,
             );
@@ -118,7 +118,9 @@ impl Solver<'_> {
         let due = (group, done);
         let (all, often) = (self.is_middle(done), &self.plan.turning.often);
         self.for_due(due, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
-        self.turn_all(group, jobs, |line| all || often.contains(self.plan.members[line - 1]));
+        self.turn_all(group, jobs, |solver_row| {
+            all || often.contains(self.plan.members[solver_row - 1])
+        });
         self.for_due(due, jobs, |_, i| {
             for owner in self.plan.contacts.owners[i] {
                 if owner != NONE {
@@ -142,19 +144,19 @@ impl Solver<'_> {
     /// Rotates the group's turning bodies by a substep; `anew` selects the bodies whose rows are
     /// rebuilt then.
     fn turn_all(&self, group: &Group, jobs: &Jobs<'_>, anew: impl Fn(usize) -> bool + Sync) {
-        let lines = self.turning_lines(group);
-        for_shares(jobs, lines.len(), 16, |part| {
-            for line in &lines[part.start..part.end] {
-                let line = *line as usize;
-                self.turn(line, anew(line));
+        let solver_rows = self.turning_rows(group);
+        for_shares(jobs, solver_rows.len(), 16, |part| {
+            for solver_row in &solver_rows[part.start..part.end] {
+                let solver_row = *solver_row as usize;
+                self.turn(solver_row, anew(solver_row));
             }
         });
     }
 
     /// Stores the end states of the turning bodies.
     pub(crate) fn end_turning(&self, group: &Group) {
-        for line in self.turning_lines(group) {
-            let i = *line as usize;
+        for solver_row in self.turning_rows(group) {
+            let i = *solver_row as usize;
             let state = self.now(self.plan.members[i - 1], 0.0);
             self.put_end(i, state);
         }
@@ -177,15 +179,15 @@ impl Solver<'_> {
 
     /// Rotates a body freely for a substep. If its rows are rebuilt (`anew`), its inertia is
     /// rotated too.
-    fn turn(&self, line: usize, anew: bool) {
-        let body = self.bodies.at(self.plan.members[line - 1]);
-        let (state, h) = (self.body.states.row(line), self.ctx.h);
+    fn turn(&self, solver_row: usize, anew: bool) {
+        let body = self.bodies.at(self.plan.members[solver_row - 1]);
+        let (state, h) = (self.body.states.row(solver_row), self.ctx.h);
         let w = self
             .body
             .whitening
-            .read(line)
+            .read(solver_row)
             .s()
-            .mul(solver_body::three(self.body.lines.read(line).w));
+            .mul(solver_body::three(self.body.solver_bodies.read(solver_row).w));
         let m = body.inertia.moments;
         let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
         let free = m.min_element() > 0.0 && body.inertia.locks.angular == [false; 3];
@@ -197,38 +199,39 @@ impl Solver<'_> {
         } else {
             (state.rotation, state.w) = (state.rotation.turned_by(w * h), w);
         }
-        let factor = self.body.squeezes.read(line).factor;
+        let factor = self.body.squeezes.read(solver_row).factor;
         if !anew {
             let (_, s_inv) = integrate::scaled_roots(body, before, factor);
-            self.body.aux.row(line).strike(
-                self.body.lines.row(line),
+            self.body.aux.row(solver_row).strike(
+                self.body.solver_bodies.row(solver_row),
                 Vec3::ZERO,
                 s_inv.mul(state.w - w),
             );
             return;
         }
         let (s, s_inv) = integrate::scaled_roots(body, state.rotation, factor);
-        let alpha = self.body.whitening.read(line).alpha();
-        *self.body.whitening.row(line) = Whitening::new(alpha, &s);
-        let line_now = self.body.lines.row(line);
-        (line_now.w, line_now.t) = (solver_body::four(s_inv.mul(state.w)), [0.0; 4]);
-        let aux = self.body.aux.row(line);
-        aux.start_anew(line_now);
-        aux.turn_by_torque(self.body.whitening.read(line), body, h);
+        let alpha = self.body.whitening.read(solver_row).alpha();
+        *self.body.whitening.row(solver_row) = Whitening::new(alpha, &s);
+        let solver_body = self.body.solver_bodies.row(solver_row);
+        (solver_body.w, solver_body.t) = (solver_body::four(s_inv.mul(state.w)), [0.0; 4]);
+        let aux = self.body.aux.row(solver_row);
+        aux.start_anew(solver_body);
+        aux.turn_by_torque(self.body.whitening.read(solver_row), body, h);
     }
 
     /// State of a body `elapsed` [s] after the step's start.
     fn now(&self, row: u32, elapsed: f32) -> BodyState {
         let body = self.bodies.at(row);
         let start = BodyState::of(body);
-        let line = self.body.line_of[row as usize] as usize;
-        if line == 0 {
+        let solver_row = self.body.solver_row_of[row as usize] as usize;
+        if solver_row == 0 {
             let moves = !body.is_dynamic() && body.active();
             return if moves { start.drifted(elapsed) } else { start };
         }
-        let state = start.after(self.body.lines.read(line), self.body.whitening.read(line));
+        let state = start
+            .after(self.body.solver_bodies.read(solver_row), self.body.whitening.read(solver_row));
         if self.plan.turning.bodies.contains(row) {
-            return BodyState { rotation: self.body.states.read(line).rotation, ..state };
+            return BodyState { rotation: self.body.states.read(solver_row).rotation, ..state };
         }
         state
     }
@@ -303,7 +306,7 @@ impl Solver<'_> {
             let extra = self.contact.has_extras.then(|| self.contact.extras.row(i));
             (block.arrives, block.hit) = (block.arrives | arrived, hit);
             self.watch_more(i);
-            rebase(simd, block, extra, &self.body.lines, (fixed, elapsed));
+            rebase(simd, block, extra, &self.body.solver_bodies, (fixed, elapsed));
             let extra = if self.contact.has_extras { Some(self.contact.extras.read(i)) } else { None };
             warm_of(simd, block, extra, fixed).carry(block, &self.body.aux, -1.0);
         });
@@ -383,15 +386,15 @@ fn rebase<S: Simd>(
     simd: S,
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
-    lines: &ReadRows<'_, SolverBody>,
+    solver_bodies: &ReadRows<'_, SolverBody>,
     (fixed, elapsed): (bool, f32),
 ) {
     let n = Vec3w::load(simd, &block.n);
-    let xb = load_motion(simd, lines, &block.row_b);
+    let xb = load_motion(simd, solver_bodies, &block.row_b);
     let mut moved = n.dot(xb.v) * load(simd, &block.beta);
     let mut xa = xb;
     if !fixed {
-        xa = load_motion(simd, lines, &block.row_a);
+        xa = load_motion(simd, solver_bodies, &block.row_a);
         moved -= n.dot(xa.v) * load(simd, &block.alpha);
     }
     let time = splat(simd, elapsed);

@@ -110,8 +110,9 @@ fn pack_bounce(
 ) -> bool {
     // The relax sweep looks a substep ahead of the step's end.
     let (dt, ahead) = (source.ctx.dt, source.ctx.dt + source.ctx.h);
-    let along =
-        |body: u32| c.normal.dot(*source.acceleration.read(source.line_of[body as usize] as usize));
+    let along = |body: u32| {
+        c.normal.dot(*source.acceleration.read(source.solver_row_of[body as usize] as usize))
+    };
     let (of_a, of_b) = (along(c.body_a), along(c.body_b));
     let fall = of_b - of_a;
     let slow = of_a.abs().max(of_b.abs()) * dt;

@@ -23,7 +23,7 @@ pub(crate) struct Source<'a> {
     pub(crate) blocks: &'a Blocks<'a>,
     pub(crate) extras: Option<&'a ReadRows<'a, Extra>>,
     pub(crate) owners: &'a [[u32; LANES]],
-    pub(crate) lines: &'a Rows<'a, SolverBody>,
+    pub(crate) solver_bodies: &'a Rows<'a, SolverBody>,
     pub(crate) aux: &'a Rows<'a, Aux>,
     pub(crate) whitening: &'a ReadRows<'a, Whitening>,
     /// Acceleration of each solver body [m/s²].
@@ -32,7 +32,7 @@ pub(crate) struct Source<'a> {
     pub(crate) dt: f32,
     pub(crate) h: f32,
     /// Number of the group's first solver body; body row of solver body k + 1.
-    pub(crate) first_line: usize,
+    pub(crate) first_row: usize,
     pub(crate) members: &'a [u32],
     pub(crate) bodies: &'a Bodies,
 }
@@ -51,8 +51,10 @@ impl Source<'_> {
             return true;
         }
         let rows = self.blocks.read(block);
-        let ends = [rows.row_a[lane], rows.row_b[lane]].into_iter().filter(|line| *line != 0);
-        let mut bodies = ends.map(|line| self.bodies.at(self.members[line as usize - 1]));
+        let ends =
+            [rows.row_a[lane], rows.row_b[lane]].into_iter().filter(|solver_row| *solver_row != 0);
+        let mut bodies =
+            ends.map(|solver_row| self.bodies.at(self.members[solver_row as usize - 1]));
         !self.extra(block).is_some_and(|extra| extra.softens && extra.soft_mass[lane] > 0.0)
             && bodies.all(|body| body.ties.joints.is_empty())
     }
@@ -86,7 +88,7 @@ pub(crate) struct Moment {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Hit {
     pub(crate) candidate: u32,
-    pub(crate) lines: [u32; 2],
+    pub(crate) solver_rows: [u32; 2],
     /// Index of the candidate's response, if it has one, and whether this hit is the first to use
     /// it.
     pub(crate) response: u32,
@@ -109,7 +111,7 @@ pub(crate) struct Hit {
 /// Place of a contact that can bounce.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
-    pub(crate) lines: [u32; 2],
+    pub(crate) solver_rows: [u32; 2],
     pub(crate) block: u32,
     pub(crate) lane: u8,
     /// Places in the lists of contacts around its solver bodies; [`NONE`] for a missing solver
@@ -131,7 +133,7 @@ const BLOWS: u8 = 24;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Candidate {
-    pub(crate) lines: [u32; 2],
+    pub(crate) solver_rows: [u32; 2],
     pub(crate) block: u32,
     pub(crate) lane: u8,
     /// Bits of its points.
@@ -179,18 +181,18 @@ impl Candidate {
     /// Reuses the memory for another contact, whose data [`Self::load`] fills at the first
     /// evaluation.
     pub(crate) fn restart(&mut self, entry: &Entry) {
-        let Entry { lines, block, lane, .. } = *entry;
-        (self.lines, self.block, self.lane, self.placed) = (lines, block, lane, 0);
+        let Entry { solver_rows, block, lane, .. } = *entry;
+        (self.solver_rows, self.block, self.lane, self.placed) = (solver_rows, block, lane, 0);
     }
 
     fn load(&mut self, source: &Source<'_>, moment: &Moment) {
-        let Self { lines, block, lane, .. } = *self;
-        *self = Self { lines, block, lane, response: NONE, ..Self::default() };
+        let Self { solver_rows, block, lane, .. } = *self;
+        *self = Self { solver_rows, block, lane, response: NONE, ..Self::default() };
         let block = source.blocks.read(self.block as usize);
         let lane = usize::from(self.lane);
         self.n = at(&block.n, lane);
         // In a contact with a fixed body, that body's rows are not filled.
-        let [of_a, of_b] = self.lines.map(|line| line != 0);
+        let [of_a, of_b] = self.solver_rows.map(|solver_row| solver_row != 0);
         if of_a {
             self.alpha = block.alpha[lane];
         }
@@ -219,8 +221,9 @@ impl Candidate {
         let least = if self.bounces {
             moment.least.max(extra.map_or(0.0, |extra| extra.slow[lane]))
         } else {
-            let along = |line: u32| self.n.dot(*source.acceleration.read(line as usize)).abs();
-            let along = along(self.lines[0]).max(along(self.lines[1]));
+            let along =
+                |solver_row: u32| self.n.dot(*source.acceleration.read(solver_row as usize)).abs();
+            let along = along(self.solver_rows[0]).max(along(self.solver_rows[1]));
             self.follows = (2.0 * along * moment.h).max(moment.still);
             moment.blow.max(along * source.dt)
         };
@@ -237,7 +240,9 @@ impl Candidate {
     /// Prefetches the solver bodies for an evaluation.
     #[inline]
     pub(crate) fn ask(&self, source: &Source<'_>) {
-        self.lines.into_iter().for_each(|line| source.lines.prefetch(line as usize, 1));
+        self.solver_rows
+            .into_iter()
+            .for_each(|solver_row| source.solver_bodies.prefetch(solver_row as usize, 1));
     }
 
     /// Bits of the points that approach and meet within the substep, in this pass.
@@ -284,7 +289,8 @@ impl Candidate {
 
     /// Computes the separations at the start of a substep.
     fn place(&mut self, source: &Source<'_>, elapsed: f32) {
-        let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
+        let [a, b] =
+            self.solver_rows.map(|solver_row| source.solver_bodies.read(solver_row as usize));
         let moved = self.n.dot(three(b.x) * self.beta - three(a.x) * self.alpha);
         let (turned_a, turned_b) = (along(&self.a, three(a.t)), along(&self.b, three(b.t)));
         let drift = self.drift(source);
@@ -297,7 +303,8 @@ impl Candidate {
     /// Speeds of the points along the normal, negative while they approach.
     #[inline]
     fn speeds(&self, source: &Source<'_>) -> [f32; 4] {
-        let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
+        let [a, b] =
+            self.solver_rows.map(|solver_row| source.solver_bodies.read(solver_row as usize));
         let u = self.n.dot(three(b.v) * self.beta - three(a.v) * self.alpha);
         let (turn_a, turn_b) = (along(&self.a, three(a.w)), along(&self.b, three(b.w)));
         let drift = self.drift(source);
@@ -351,7 +358,7 @@ impl Candidate {
     pub(crate) fn tell(&self, source: &Source<'_>, moment: &Moment, hit: &mut Hit) {
         let (block, lane) = (self.block as usize, usize::from(self.lane));
         let point = usize::from(hit.point);
-        (hit.lines, hit.response) = (self.lines, self.response);
+        (hit.solver_rows, hit.response) = (self.solver_rows, self.response);
         hit.contact = source.owners[block][lane];
         hit.e = source.restitution(block, lane);
         hit.speed = self.speed[point];

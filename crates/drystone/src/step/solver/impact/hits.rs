@@ -29,7 +29,7 @@ impl Impacts {
         let Self {
             ends,
             candidates,
-            lines_of,
+            rows_of,
             responses,
             answered,
             hits,
@@ -53,11 +53,11 @@ impl Impacts {
         });
         if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
             for hit in hits.iter() {
-                ends_of(source, hit.lines)
+                ends_of(source, hit.solver_rows)
                     .for_each(|end| ends[end].most = ends[end].most.max(hit.e));
             }
             hits.retain(|hit| {
-                let first = ends_of(source, hit.lines).all(|end| ends[end].most <= hit.e);
+                let first = ends_of(source, hit.solver_rows).all(|end| ends[end].most <= hit.e);
                 let round = *round + 1;
                 if !first && core::mem::replace(&mut looked[hit.candidate as usize], round) < round
                 {
@@ -65,9 +65,9 @@ impl Impacts {
                 }
                 first
             });
-            let left = looks.iter().map(|candidate| lines_of[*candidate as usize]);
-            for lines in hits.iter().map(|hit| hit.lines).chain(left) {
-                ends_of(source, lines).for_each(|end| ends[end].most = 0.0);
+            let left = looks.iter().map(|candidate| rows_of[*candidate as usize]);
+            for solver_rows in hits.iter().map(|hit| hit.solver_rows).chain(left) {
+                ends_of(source, solver_rows).for_each(|end| ends[end].most = 0.0);
             }
         }
         for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {
@@ -92,7 +92,7 @@ impl Impacts {
         for i in 0..hits.len() {
             let number = index(i);
             hits[i].part = number;
-            for end in ends_of(source, hits[i].lines) {
+            for end in ends_of(source, hits[i].solver_rows) {
                 let last = core::mem::replace(&mut ends[end].hit, number);
                 if last != NONE {
                     let (one, other) = (root(hits, last), root(hits, number));
@@ -106,7 +106,7 @@ impl Impacts {
             let part = hits[hits[i].part as usize].part;
             hits[i].part = part;
             places[part as usize] += 1;
-            for end in ends_of(source, hits[i].lines) {
+            for end in ends_of(source, hits[i].solver_rows) {
                 ends[end].hit = NONE;
             }
         }
@@ -129,7 +129,7 @@ impl Impacts {
     pub(crate) fn wake_around(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
         let known = self.looked.len();
         for i in 0..self.hits.len() {
-            self.wake(source, self.hits[i].lines, run);
+            self.wake(source, self.hits[i].solver_rows, run);
         }
         for candidate in &mut self.candidates[known..self.looked.len()] {
             candidate.look(source, moment, self.pass);

@@ -68,7 +68,7 @@ pub(super) struct Impacts {
     answered: u32,
     /// Solver bodies of each candidate, stored contiguously, because candidates are far apart in
     /// memory.
-    lines_of: Vec<[u32; 2]>,
+    rows_of: Vec<[u32; 2]>,
     /// The next candidate of the same island.
     next: Vec<u32>,
     /// First and last candidate of each island.
@@ -126,8 +126,11 @@ pub(crate) fn index(i: usize) -> u32 {
 }
 
 /// The ends among a contact's solver bodies.
-pub(crate) fn ends_of(source: &Source<'_>, lines: [u32; 2]) -> impl Iterator<Item = usize> {
-    lines.into_iter().filter(|line| *line != 0).map(|line| line as usize - source.first_line)
+pub(crate) fn ends_of(source: &Source<'_>, solver_rows: [u32; 2]) -> impl Iterator<Item = usize> {
+    solver_rows
+        .into_iter()
+        .filter(|solver_row| *solver_row != 0)
+        .map(|solver_row| solver_row as usize - source.first_row)
 }
 
 impl Impacts {
@@ -151,7 +154,7 @@ impl Impacts {
         self.entries.clear();
         self.arrivals.clear();
         self.answered = 0;
-        self.lines_of.clear();
+        self.rows_of.clear();
         self.looked.clear();
         self.round = 0;
         self.next.clear();
@@ -174,7 +177,7 @@ impl Impacts {
         self.near.clear();
         self.near.resize(first as usize, NONE);
         for (number, entry) in (0..).zip(&mut self.entries) {
-            for (end, place) in ends_of(source, entry.lines).zip(&mut entry.places) {
+            for (end, place) in ends_of(source, entry.solver_rows).zip(&mut entry.places) {
                 let end = &mut self.ends[end];
                 *place = end.first + end.count;
                 self.around[*place as usize] = number;
@@ -190,9 +193,9 @@ impl Impacts {
                 island = of;
                 self.runs.push([NONE; 2]);
             }
-            for line in self.entries[entry as usize].lines {
+            for solver_row in self.entries[entry as usize].solver_rows {
                 let run = index(self.runs.len() - 1);
-                for k in self.liven(source, line) {
+                for k in self.liven(source, solver_row) {
                     let of = &mut self.touch_of[self.around[k] as usize];
                     *of = run.min(*of);
                 }
@@ -214,29 +217,29 @@ impl Impacts {
             if contact == NONE || !source.takes_part(i, lane) {
                 continue;
             }
-            let lines = [block.row_a[lane], block.row_b[lane]];
-            let line = lines[0].max(lines[1]);
+            let solver_rows = [block.row_a[lane], block.row_b[lane]];
+            let solver_row = solver_rows[0].max(solver_rows[1]);
             // A contact may still name a body that was deactivated.
-            if line == 0 {
+            if solver_row == 0 {
                 continue;
             }
             let number = index(self.entries.len());
             if block.arrives >> lane & 1 == 1 {
-                let body = source.members[line as usize - 1];
+                let body = source.members[solver_row as usize - 1];
                 self.arrivals.push((source.bodies.at(body).sleep.island, number));
             }
-            for end in ends_of(source, lines) {
+            for end in ends_of(source, solver_rows) {
                 self.ends[end].count += 1;
             }
             let (block, lane) = (index(i), small(lane));
-            self.entries.push(Entry { lines, block, lane, places: [NONE; 2] });
+            self.entries.push(Entry { solver_rows, block, lane, places: [NONE; 2] });
         }
     }
 
     /// Makes candidates of all contacts of two bodies.
-    fn wake(&mut self, source: &Source<'_>, lines: [u32; 2], run: usize) {
-        for line in lines {
-            for k in self.liven(source, line) {
+    fn wake(&mut self, source: &Source<'_>, solver_rows: [u32; 2], run: usize) {
+        for solver_body in solver_rows {
+            for k in self.liven(source, solver_body) {
                 let entry = self.around[k] as usize;
                 if self.touch_of[entry] == NONE {
                     self.add(source, entry, run);
@@ -247,12 +250,12 @@ impl Impacts {
 
     /// Activates a solver body for impacts. Returns the range of its entries in `around`, or an
     /// empty one if it was active.
-    fn liven(&mut self, source: &Source<'_>, line: u32) -> core::ops::Range<usize> {
-        if line == 0 {
+    fn liven(&mut self, source: &Source<'_>, solver_row: u32) -> core::ops::Range<usize> {
+        if solver_row == 0 {
             return 0..0;
         }
-        let row = line as usize;
-        let end = &mut self.ends[row - source.first_line];
+        let row = solver_row as usize;
+        let end = &mut self.ends[row - source.first_row];
         if core::mem::replace(&mut end.live, true) {
             return 0..0;
         }
@@ -272,13 +275,13 @@ impl Impacts {
                 *near = number;
             }
         }
-        for line in entry.lines.into_iter().filter(|line| *line != 0) {
-            let row = line as usize;
-            let met = &mut self.ends[row - source.first_line].met;
+        for solver_row in entry.solver_rows.into_iter().filter(|solver_row| *solver_row != 0) {
+            let row = solver_row as usize;
+            let met = &mut self.ends[row - source.first_row].met;
             if !core::mem::replace(met, true) {
-                self.met.push(line);
+                self.met.push(solver_row);
                 if self.lifted {
-                    let carried = source.aux.read(row).lift(source.lines.row(row));
+                    let carried = source.aux.read(row).lift(source.solver_bodies.row(row));
                     self.carried.push(carried);
                 }
             }
@@ -287,7 +290,7 @@ impl Impacts {
             self.candidates.push(Candidate::default());
         }
         self.candidates[place].restart(entry);
-        self.lines_of.push(entry.lines);
+        self.rows_of.push(entry.solver_rows);
         self.looked.push(0);
         self.next.push(NONE);
         let [head, tail] = &mut self.runs[run];
@@ -314,7 +317,7 @@ impl Impacts {
         if self.lifted {
             self.carried.resize(self.met.len(), Carried::default());
             self.for_met(jobs, |row, carried| {
-                *carried = source.aux.read(row).lift(source.lines.row(row));
+                *carried = source.aux.read(row).lift(source.solver_bodies.row(row));
             });
         }
         self.pass += 1;
@@ -322,7 +325,7 @@ impl Impacts {
             self.reflect_all(source, moment, run, jobs);
         }
         self.for_met(jobs, |row, carried| {
-            source.aux.read(row).put_back(source.lines.row(row), carried);
+            source.aux.read(row).put_back(source.solver_bodies.row(row), carried);
         });
         self.lifted = false;
     }
@@ -338,8 +341,8 @@ impl Impacts {
         let (met, carried) = (&self.met, &mut self.carried);
         let piece = grain(jobs, carried.len(), 128);
         for_items(jobs, carried, piece, |first, carried| {
-            for (line, carried) in met[first..].iter().zip(carried) {
-                f(*line as usize, carried);
+            for (solver_row, carried) in met[first..].iter().zip(carried) {
+                f(*solver_row as usize, carried);
             }
         });
     }
@@ -426,11 +429,11 @@ impl Impacts {
     fn settle(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let many = self.hits.len() * FEW >= self.looked.len();
         for i in 0..self.hits.len() {
-            let Hit { candidate, lines, .. } = self.hits[i];
+            let Hit { candidate, solver_rows, .. } = self.hits[i];
             if i > 0 && self.hits[i - 1].candidate == candidate {
                 continue;
             }
-            for end in ends_of(source, lines) {
+            for end in ends_of(source, solver_rows) {
                 let End { first, count, struck, .. } = &mut self.ends[end];
                 if core::mem::replace(struck, self.round) == self.round || many {
                     continue;
@@ -451,14 +454,14 @@ impl Impacts {
 
     /// Lists the candidates of solver bodies that were hit in this round.
     fn find_struck(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
-        let Self { looked, lines_of, ends, found, looks, round, .. } = self;
+        let Self { looked, rows_of, ends, found, looks, round, .. } = self;
         let n = looked.len();
         // SAFETY: each number belongs to one range.
         let looked = Rows::new(looked, unsafe { Apart::promise() });
         collect_ranges(jobs, n, grain(jobs, n, 256), found, |range, found| {
             for number in range {
                 let is_struck = |end: usize| ends[end].struck == *round;
-                if ends_of(source, lines_of[number]).any(is_struck)
+                if ends_of(source, rows_of[number]).any(is_struck)
                     && core::mem::replace(looked.row(number), *round) < *round
                 {
                     found.push(index(number));

@@ -19,7 +19,7 @@ const ROWS: usize = 7;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Response {
-    lines: [u32; 2],
+    solver_rows: [u32; 2],
     block: u32,
     lane: u8,
     /// One of the bodies is a moving kinematic body.
@@ -100,8 +100,8 @@ impl Response {
     pub(crate) fn new(candidate: &Candidate) -> Self {
         let rows =
             |of: [[f32; 4]; 3]| of.map(|[r1, r2, r3, r4]| [r1, r2, r3, r4, 0.0, 0.0, 0.0, 0.0]);
-        let Candidate { lines, block, lane, n, alpha, beta, a, b, .. } = *candidate;
-        Self { lines, block, lane, n, alpha, beta, a: rows(a), b: rows(b), ..Self::default() }
+        let Candidate { solver_rows, block, lane, n, alpha, beta, a, b, .. } = *candidate;
+        Self { solver_rows, block, lane, n, alpha, beta, a: rows(a), b: rows(b), ..Self::default() }
     }
 
     /// Block and lane of its contact, and its impulses in this step.
@@ -119,10 +119,10 @@ impl Response {
         self.kinetic = extra.filter(|extra| extra.slips).map_or(1.0, |extra| extra.kinetic[lane]);
         for i in 0..3 {
             // In a contact with a fixed body, that body's rows are not filled.
-            if self.lines[0] != 0 {
+            if self.solver_rows[0] != 0 {
                 put(&mut self.a, FRICTION + i, at(&block.a_t[i], lane));
             }
-            if self.lines[1] != 0 {
+            if self.solver_rows[1] != 0 {
                 put(&mut self.b, FRICTION + i, at(&block.b_t[i], lane));
             }
             self.drift[FRICTION + i] = extra.map_or(0.0, |extra| extra.drift_t[i][lane]);
@@ -158,7 +158,8 @@ impl Response {
     /// Begins a reaction: with the bodies' speeds, and no impulse.
     #[inline(always)]
     pub(crate) fn reaction<S: Simd>(&self, simd: S, source: &Source<'_>) -> Reaction<S> {
-        let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
+        let [a, b] =
+            self.solver_rows.map(|solver_row| source.solver_bodies.read(solver_row as usize));
         let slip = three(b.v) * self.beta - three(a.v) * self.alpha;
         let (u, u1, u2) = (self.n.dot(slip), self.t[0].dot(slip), self.t[1].dot(slip));
         let straight = load(simd, &[u, u, u, u, u1, u2, 0.0, 0.0]);
@@ -239,15 +240,15 @@ impl Response {
             *sum += d;
         }
         self.bounce.push += linear;
-        let [a, b] = self.lines.map(|line| line as usize);
+        let [a, b] = self.solver_rows.map(|solver_row| solver_row as usize);
         let factors = load(simd, d);
         if a != 0 {
             let turn = -combine(simd, &self.a, factors);
-            source.aux.row(a).strike(source.lines.row(a), linear * -self.alpha, turn);
+            source.aux.row(a).strike(source.solver_bodies.row(a), linear * -self.alpha, turn);
         }
         if b != 0 {
             let turn = combine(simd, &self.b, factors);
-            source.aux.row(b).strike(source.lines.row(b), linear * self.beta, turn);
+            source.aux.row(b).strike(source.solver_bodies.row(b), linear * self.beta, turn);
         }
     }
 }

@@ -58,13 +58,13 @@ fn read<S: Simd, R: Root<S>>(
     simd: S,
     (block, rest): (&JointBlock, &JointExtra),
     fixed: bool,
-    lines: &ReadRows<'_, SolverBody>,
+    solver_bodies: &ReadRows<'_, SolverBody>,
     sweep: &JointSweep,
 ) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let [sa, sb] = R::pair(simd, block, rest);
-    let (va, xa) = sweep.read(simd, lines, &block.row_a);
-    let (vb, xb) = sweep.read(simd, lines, &block.row_b);
+    let (va, xa) = sweep.read(simd, solver_bodies, &block.row_a);
+    let (vb, xb) = sweep.read(simd, solver_bodies, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
     // An exact rotation: to second order a lever arm would grow by an eighth at one radian per
     // step.
@@ -136,11 +136,11 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     (block, rest): (&mut JointBlock, &JointExtra),
     next: Ahead<'_>,
     fixed: bool,
-    lines: &Rows<'_, SolverBody>,
+    solver_bodies: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
     next.ask::<S, R>(0);
-    let mut q = read::<S, R>(simd, (block, rest), fixed, lines, sweep);
+    let mut q = read::<S, R>(simd, (block, rest), fixed, solver_bodies, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
         // The bodies carry the linear part unchanged.
@@ -173,8 +173,8 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     q.vb.v = q.vb.v + d * q.beta;
     q.va.w = a.take(q.va.w, d);
     q.vb.w = b.add(q.vb.w, d);
-    store_velocity(simd, lines, &block.row_a, q.va);
-    store_velocity(simd, lines, &block.row_b, q.vb);
+    store_velocity(simd, solver_bodies, &block.row_a, q.va);
+    store_velocity(simd, solver_bodies, &block.row_b, q.vb);
 }
 
 /// Solves one block of distance joints once: a rod if both limits are equal, otherwise spring and
@@ -185,12 +185,12 @@ pub(crate) fn solve_distance<S: Simd>(
     (block, rest): (&mut JointBlock, &mut JointExtra),
     next: Ahead<'_>,
     fixed: bool,
-    lines: &Rows<'_, SolverBody>,
+    solver_bodies: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
     next.ask::<S, Sym3w<S>>(0);
     next.ask::<S, Sym3w<S>>(1);
-    let mut q = read::<S, Sym3w<S>>(simd, (block, rest), fixed, lines, sweep);
+    let mut q = read::<S, Sym3w<S>>(simd, (block, rest), fixed, solver_bodies, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));
@@ -268,6 +268,6 @@ pub(crate) fn solve_distance<S: Simd>(
     q.vb.v = q.vb.v + n * (pushed * q.beta);
     q.va.w = q.va.w - a * pushed;
     q.vb.w = q.vb.w + b * pushed;
-    store_velocity(simd, lines, &block.row_a, q.va);
-    store_velocity(simd, lines, &block.row_b, q.vb);
+    store_velocity(simd, solver_bodies, &block.row_a, q.va);
+    store_velocity(simd, solver_bodies, &block.row_b, q.vb);
 }

@@ -17,9 +17,9 @@ impl Solver<'_> {
                 continue;
             };
             let mass = |body: u32| {
-                let line = self.body.line_of[body as usize] as usize;
-                let whitening = self.body.whitening.read(line);
-                (line, whitening.alpha(), whitening.s())
+                let solver_row = self.body.solver_row_of[body as usize] as usize;
+                let whitening = self.body.whitening.read(solver_row);
+                (solver_row, whitening.alpha(), whitening.s())
             };
             let look = |id: JointId| self.joint_slots.read(id.index() as usize).as_ref();
             let Some(start) = Start::new(joint, look, self.bodies, mass) else { continue };
@@ -27,18 +27,18 @@ impl Solver<'_> {
             let impulse = start.impulse;
             row.impulse = impulse * self.ctx.impulse_scale;
             let start = JointSweep::solving(self.ctx, 0.0);
-            let now = row.now(&self.body.lines, &start);
+            let now = row.now(&self.body.solver_bodies, &start);
             for (part, carried) in now.parts.iter().zip(&mut row.carried) {
                 let (v, w) = (part.v * row.impulse, part.w * row.impulse);
-                *carried = Part { line: part.line, v, w };
-                push(&self.body.lines, part.line, v, w);
+                *carried = Part { solver_row: part.solver_row, v, w };
+                push(&self.body.solver_bodies, part.solver_row, v, w);
             }
         }
     }
 
     pub(crate) fn sweep_couplings(&self, group: &Group, sweep: &JointSweep) {
         for i in group.couplings.clone() {
-            self.joint.couplings.row(i).solve(&self.body.lines, sweep);
+            self.joint.couplings.row(i).solve(&self.body.solver_bodies, sweep);
         }
     }
 

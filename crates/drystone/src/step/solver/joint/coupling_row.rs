@@ -25,7 +25,7 @@ use crate::step::solver_body::SolverBody;
 /// A row's part for one body: v̂ and ŵ.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Part {
-    pub(crate) line: usize,
+    pub(crate) solver_row: usize,
     pub(crate) v: Vec3,
     pub(crate) w: Vec3,
 }
@@ -33,7 +33,7 @@ pub(crate) struct Part {
 /// A coordinate of a joint at the step's start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct End {
-    lines: [usize; 2],
+    solver_rows: [usize; 2],
     /// α and S of both bodies.
     alpha: [f32; 2],
     s: [Sym3; 2],
@@ -55,7 +55,7 @@ pub(crate) struct End {
 /// A pulley's rope at the step's start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rope {
-    lines: [usize; 2],
+    solver_rows: [usize; 2],
     alpha: [f32; 2],
     s: [Sym3; 2],
     /// Lever arms.
@@ -111,13 +111,13 @@ impl End {
     /// Change of the coordinate since the step's start, its rate by kinematic bodies, and its row.
     fn now(&self, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) -> (f32, f32, [Part; 2]) {
         let moved = |i: usize| {
-            let [x, t] = motion(self.lines[i]);
+            let [x, t] = motion(self.solver_rows[i]);
             (x * self.alpha[i], self.s[i].mul(t) + self.spin[i] * elapsed)
         };
         let ((shift_a, turn_a), (shift_b, turn_b)) = (moved(0), moved(1));
         let axis = self.axis + shift(self.axis, turn_a);
         let part = |i: usize, v: Vec3, w: Vec3| Part {
-            line: self.lines[i],
+            solver_row: self.solver_rows[i],
             v: v * self.factor,
             w: w * self.factor,
         };
@@ -147,7 +147,7 @@ impl End {
 impl Rope {
     fn add(&self, now: &mut Now, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) {
         for i in 0..2 {
-            let [x, t] = motion(self.lines[i]);
+            let [x, t] = motion(self.solver_rows[i]);
             let turn = self.s[i].mul(t) + self.spin[i] * elapsed;
             let turned = shift(self.r[i], turn);
             let r = self.r[i] + turned;
@@ -160,7 +160,7 @@ impl Rope {
             now.c += self.factor[i] * length;
             now.drift += along.dot(self.drift[i] + self.spin[i].cross(r));
             let (v, w) = (along * self.alpha[i], self.s[i].mul(r.cross(along)));
-            now.parts[i] = Part { line: self.lines[i], v, w };
+            now.parts[i] = Part { solver_row: self.solver_rows[i], v, w };
         }
     }
 }
@@ -187,9 +187,10 @@ impl Source {
             now.c += end.factor * x;
             now.drift += end.factor * drift;
             for (j, part) in parts.into_iter().enumerate() {
-                let before = now.parts[..2 * i].iter().position(|p| p.line == part.line);
+                let before =
+                    now.parts[..2 * i].iter().position(|p| p.solver_row == part.solver_row);
                 match before {
-                    _ if part.line == 0 => {}
+                    _ if part.solver_row == 0 => {}
                     Some(k) => {
                         now.parts[k].v += part.v;
                         now.parts[k].w += part.w;
@@ -203,28 +204,36 @@ impl Source {
 }
 
 impl CouplingRow {
-    pub(crate) fn now(&self, lines: &ReadRows<'_, SolverBody>, sweep: &JointSweep) -> Now {
+    pub(crate) fn now(&self, solver_bodies: &ReadRows<'_, SolverBody>, sweep: &JointSweep) -> Now {
         let back = if sweep.is_relax { sweep.back } else { 0.0 };
-        let motion = |line: usize| {
-            let line = lines.read(line);
-            [vector(line.x) - vector(line.v) * back, vector(line.t) - vector(line.w) * back]
+        let motion = |solver_row: usize| {
+            let solver_body = solver_bodies.read(solver_row);
+            [
+                vector(solver_body.x) - vector(solver_body.v) * back,
+                vector(solver_body.t) - vector(solver_body.w) * back,
+            ]
         };
         self.source.now(self.c, motion, sweep.elapsed)
     }
 
-    pub(crate) fn solve(&mut self, lines: &Rows<'_, SolverBody>, sweep: &JointSweep) {
-        let now = self.now(lines, sweep);
+    pub(crate) fn solve(&mut self, solver_bodies: &Rows<'_, SolverBody>, sweep: &JointSweep) {
+        let now = self.now(solver_bodies, sweep);
         let old = self.impulse;
         if !sweep.is_relax {
             for (part, carried) in now.parts.iter().zip(&self.carried) {
-                push(lines, part.line, part.v * old - carried.v, part.w * old - carried.w);
+                push(
+                    solver_bodies,
+                    part.solver_row,
+                    part.v * old - carried.v,
+                    part.w * old - carried.w,
+                );
             }
         }
         let (mut k, mut speed) = (0.0, now.drift);
-        for part in now.parts.iter().filter(|p| p.line != 0) {
-            let line = lines.read(part.line);
+        for part in now.parts.iter().filter(|p| p.solver_row != 0) {
+            let solver_body = solver_bodies.read(part.solver_row);
             k += part.v.length_squared() + part.w.length_squared();
-            speed += part.v.dot(vector(line.v)) + part.w.dot(vector(line.w));
+            speed += part.v.dot(vector(solver_body.v)) + part.w.dot(vector(solver_body.w));
         }
         if !(k > 0.0) {
             return;
@@ -246,39 +255,43 @@ impl CouplingRow {
         let d = new - old;
         self.impulse = new;
         for (part, carried) in now.parts.iter().zip(&mut self.carried) {
-            push(lines, part.line, part.v * d, part.w * d);
+            push(solver_bodies, part.solver_row, part.v * d, part.w * d);
             let (v, w) = if sweep.is_relax {
                 (carried.v + part.v * d, carried.w + part.w * d)
             } else {
                 (part.v * self.impulse, part.w * self.impulse)
             };
-            *carried = Part { line: part.line, v, w };
+            *carried = Part { solver_row: part.solver_row, v, w };
         }
     }
 }
 
 /// Adds to a solver body's velocity. Solver body 0 is shared and never written.
-pub(crate) fn push(lines: &Rows<'_, SolverBody>, line: usize, v: Vec3, w: Vec3) {
-    if line == 0 {
+pub(crate) fn push(solver_bodies: &Rows<'_, SolverBody>, solver_row: usize, v: Vec3, w: Vec3) {
+    if solver_row == 0 {
         return;
     }
-    let line = lines.row(line);
+    let solver_body = solver_bodies.row(solver_row);
     for (i, (v, w)) in v.to_array().into_iter().zip(w.to_array()).enumerate() {
-        line.v[i] += v;
-        line.w[i] += w;
+        solver_body.v[i] += v;
+        solver_body.w[i] += w;
     }
 }
 
 impl CouplingRow {
     /// The solver bodies that the row acts on.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = usize> + '_ {
-        self.carried.iter().map(|part| part.line).filter(|line| *line != 0)
+    pub(crate) fn solver_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.carried.iter().map(|part| part.solver_row).filter(|solver_row| *solver_row != 0)
     }
 
     /// The impulse of this sweep, the speed at which it closed, and the rate of C by kinematic
     /// bodies.
-    pub(crate) fn pushed(&self, lines: &ReadRows<'_, SolverBody>, sweep: &JointSweep) -> [f32; 3] {
-        let now = self.now(lines, sweep);
+    pub(crate) fn pushed(
+        &self,
+        solver_bodies: &ReadRows<'_, SolverBody>,
+        sweep: &JointSweep,
+    ) -> [f32; 3] {
+        let now = self.now(solver_bodies, sweep);
         let speed = sweep.softness.rate * now.c;
         let closed = sweep.caps.closing_row(speed, now.c, self.source.is_turn());
         [self.impulse, closed, now.drift]
@@ -353,7 +366,7 @@ impl Rope {
         let anchors = [joint.anchor_a, joint.anchor_b];
         let r = [0, 1].map(|i| bodies[i].rotation.rotate(anchors[i]));
         Self {
-            lines: masses.map(|(line, ..)| line),
+            solver_rows: masses.map(|(solver_row, ..)| solver_row),
             alpha: masses.map(|(_, alpha, _)| alpha),
             s: masses.map(|(.., s)| s),
             r,
@@ -387,7 +400,7 @@ impl End {
         let x = coordinate(joint, six, bodies, axis);
         let ([v_a, w_a], [v_b, w_b]) = (driven(a), driven(b));
         let end = Self {
-            lines: masses.map(|(line, ..)| line),
+            solver_rows: masses.map(|(solver_row, ..)| solver_row),
             alpha: masses.map(|(_, alpha, _)| alpha),
             s: masses.map(|(.., s)| s),
             r,

@@ -28,7 +28,7 @@ const OPEN: f32 = 1.0e-3;
 
 /// A body on one ball joint, and the body that holds it.
 struct Held<'a> {
-    line: usize,
+    solver_row: usize,
     body: &'a Body,
     other: &'a Body,
     /// Anchors on both [m, frames of the centers of mass].
@@ -49,7 +49,7 @@ impl Solver<'_> {
     /// Moves the body of a joint through the whole step, if it is a pendulum; true if it is one.
     /// No row acts on its solver body then, whose motion does not count: see [`Solver::put_end`].
     pub(crate) fn swing(&self, row: u32) -> bool {
-        let Some(Held { line, body, r, other, at, sign }) =
+        let Some(Held { solver_row, body, r, other, at, sign }) =
             self.joint(row).and_then(|joint| self.held(joint))
         else {
             return false;
@@ -60,7 +60,7 @@ impl Solver<'_> {
             return false;
         }
         let Some(end) = swung(self.ctx, body, pivot, r) else { return false };
-        self.put_end(line, end.state);
+        self.put_end(solver_row, end.state);
         if let Some(joint) = self.joint_slots.row(row as usize) {
             joint.impulse = (end.impulse * (sign * self.ctx.store_scale())).bounded();
             #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
@@ -74,15 +74,19 @@ impl Solver<'_> {
     /// The body that a ball joint holds, if nothing else acts on it.
     fn held(&self, joint: &Joint) -> Option<Held<'_>> {
         let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
-        let (line, body, r, other, at, sign) =
-            match (self.body.line_of[body_a as usize], self.body.line_of[body_b as usize]) {
-                (0, line @ 1..) => (line as usize, body_b, anchor_b, body_a, anchor_a, 1.0),
-                (line @ 1.., 0) => (line as usize, body_a, anchor_a, body_b, anchor_b, -1.0),
-                _ => return None,
-            };
+        let (solver_row, body, r, other, at, sign) = match (
+            self.body.solver_row_of[body_a as usize],
+            self.body.solver_row_of[body_b as usize],
+        ) {
+            (0, solver_row @ 1..) => (solver_row as usize, body_b, anchor_b, body_a, anchor_a, 1.0),
+            (solver_row @ 1.., 0) => {
+                (solver_row as usize, body_a, anchor_a, body_b, anchor_b, -1.0)
+            }
+            _ => return None,
+        };
         let (body, other) = (self.bodies.at(body), self.bodies.at(other));
         let is_pendulum = matches!(joint.link, Link::Ball) && !other.active() && is_free(body);
-        is_pendulum.then_some(Held { line, body, r, other, at, sign })
+        is_pendulum.then_some(Held { solver_row, body, r, other, at, sign })
     }
 }
 

@@ -43,13 +43,13 @@ impl Solver<'_> {
                     if block.is_empty() {
                         continue;
                     }
-                    let (fixed, lines) = (batch.fixed, &self.body.lines);
+                    let (fixed, solver_bodies) = (batch.fixed, &self.body.solver_bodies);
                     if batch.class == DISTANCE {
-                        ball_distance::solve_distance(simd, (block, rest), next, fixed, lines, sweep);
+                        ball_distance::solve_distance(simd, (block, rest), next, fixed, solver_bodies, sweep);
                     } else if block.is_round() {
-                        ball_distance::solve_ball::<_, Roundw<_>>(simd, (block, rest), next, fixed, lines, sweep);
+                        ball_distance::solve_ball::<_, Roundw<_>>(simd, (block, rest), next, fixed, solver_bodies, sweep);
                     } else {
-                        ball_distance::solve_ball::<_, Sym3w<_>>(simd, (block, rest), next, fixed, lines, sweep);
+                        ball_distance::solve_ball::<_, Sym3w<_>>(simd, (block, rest), next, fixed, solver_bodies, sweep);
                     }
                 }
             });
@@ -96,12 +96,12 @@ impl Solver<'_> {
         let (da, db) = (ra.cross(linear), rb.cross(linear));
         da.store(&mut block.carried_a);
         db.store(&mut block.carried_b);
-        let mut a = load_velocity(simd, &self.body.lines, &block.row_a);
+        let mut a = load_velocity(simd, &self.body.solver_bodies, &block.row_a);
         (a.v, a.w) = (a.v - linear * alpha, a.w - sa.mul(da));
-        store_velocity(simd, &self.body.lines, &block.row_a, a);
-        let mut b = load_velocity(simd, &self.body.lines, &block.row_b);
+        store_velocity(simd, &self.body.solver_bodies, &block.row_a, a);
+        let mut b = load_velocity(simd, &self.body.solver_bodies, &block.row_b);
         (b.v, b.w) = (b.v + linear * beta, b.w + sb.mul(db));
-        store_velocity(simd, &self.body.lines, &block.row_b, b);
+        store_velocity(simd, &self.body.solver_bodies, &block.row_b, b);
     }
 
     /// Prefetches the joints of a block, if there is such a block.
@@ -130,17 +130,20 @@ impl Solver<'_> {
         impulses: &mut [[f32; 4]; LANES],
     ) {
         for (lane, row) in owners.iter().enumerate() {
-            let lines = if self.swing(*row) {
+            let solver_rows = if self.swing(*row) {
                 [0; 2]
             } else if let Some(joint) = self.joint(*row) {
                 raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
                 raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
                 impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
-                [self.body.line_of[joint.body_a as usize], self.body.line_of[joint.body_b as usize]]
+                [
+                    self.body.solver_row_of[joint.body_a as usize],
+                    self.body.solver_row_of[joint.body_b as usize],
+                ]
             } else {
                 [0; 2]
             };
-            [block.row_a[lane], block.row_b[lane]] = lines;
+            [block.row_a[lane], block.row_b[lane]] = solver_rows;
         }
     }
 

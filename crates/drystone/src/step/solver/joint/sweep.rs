@@ -86,11 +86,11 @@ impl JointSweep {
     pub(crate) fn read<S: Simd>(
         &self,
         simd: S,
-        lines: &ReadRows<'_, SolverBody>,
+        solver_bodies: &ReadRows<'_, SolverBody>,
         rows: &[u32; LANES],
     ) -> (Velocity<S>, Velocity<S>) {
-        let v = load_velocity(simd, lines, rows);
-        let mut x = load_motion(simd, lines, rows);
+        let v = load_velocity(simd, solver_bodies, rows);
+        let mut x = load_motion(simd, solver_bodies, rows);
         if self.is_relax {
             let back = splat(simd, self.back);
             (x.v, x.w) = (x.v - v.v * back, x.w - v.w * back);

@@ -16,10 +16,10 @@ const MOST: usize = 1000;
 pub(crate) struct Bins {
     pub(crate) count: usize,
     /// Number of each solver body's island, or [`NONE`].
-    pub(crate) of_line: Vec<u32>,
+    pub(crate) of_row: Vec<u32>,
     /// Solver bodies of these islands, island by island, in the order of the rows in the table of
     /// bodies. (The order of solver bodies differs in a world that continues from a snapshot.)
-    pub(crate) lines: Vec<u32>,
+    pub(crate) solver_rows: Vec<u32>,
     /// Number of each island, used while numbering.
     of_island: Vec<u32>,
 }
@@ -41,22 +41,24 @@ impl Bins {
         groups: &mut [Group],
     ) {
         self.count = 0;
-        self.lines.clear();
+        self.solver_rows.clear();
         if joints.rows.is_empty() {
-            self.of_line.clear();
-            groups.iter_mut().for_each(|group| (group.bins, group.bin_lines) = (0..0, 0..0));
+            self.of_row.clear();
+            groups.iter_mut().for_each(|group| (group.bins, group.bin_rows) = (0..0, 0..0));
             return;
         }
-        grow::resize(&mut self.of_line, members.len() + 1, NONE);
-        self.of_line.fill(NONE);
-        let body = |line: usize| bodies.at(members[line - 1]);
+        grow::resize(&mut self.of_row, members.len() + 1, NONE);
+        self.of_row.fill(NONE);
+        let body = |solver_body: usize| bodies.at(members[solver_body - 1]);
         for group in groups {
-            let (first, begin) = (self.count, self.lines.len());
+            let (first, begin) = (self.count, self.solver_rows.len());
             let kinds = [&group.joints, &group.sixdofs, &group.couplings, &group.trees];
             let has_joints = kinds.iter().any(|kind| !kind.is_empty());
-            let lines = if has_joints { group.lines.clone() } else { 0..0 };
-            for line in lines.clone().filter(|line| !body(*line).ties.joints.is_empty()) {
-                let island = body(line).sleep.island as usize;
+            let solver_rows = if has_joints { group.solver_rows.clone() } else { 0..0 };
+            for solver_body in
+                solver_rows.clone().filter(|solver_body| !body(*solver_body).ties.joints.is_empty())
+            {
+                let island = body(solver_body).sleep.island as usize;
                 if self.of_island.len() <= island {
                     self.of_island.resize(island + 1, NONE);
                 }
@@ -65,37 +67,38 @@ impl Bins {
                     self.count += 1;
                 }
             }
-            for line in lines.clone() {
-                let island = body(line).sleep.island as usize;
+            for solver_body in solver_rows.clone() {
+                let island = body(solver_body).sleep.island as usize;
                 if let Some(bin) = self.of_island.get(island).filter(|bin| **bin != NONE) {
-                    self.of_line[line] = *bin;
-                    self.lines.push(number(line));
+                    self.of_row[solver_body] = *bin;
+                    self.solver_rows.push(number(solver_body));
                 }
             }
-            let of_line = &self.of_line;
-            self.lines[begin..].sort_unstable_by_key(|line| {
-                (of_line[*line as usize], members[*line as usize - 1])
+            let of_row = &self.of_row;
+            self.solver_rows[begin..].sort_unstable_by_key(|solver_body| {
+                (of_row[*solver_body as usize], members[*solver_body as usize - 1])
             });
             self.leave_out_large(begin);
-            for line in lines {
-                if let Some(bin) = self.of_island.get_mut(body(line).sleep.island as usize) {
+            for solver_body in solver_rows {
+                if let Some(bin) = self.of_island.get_mut(body(solver_body).sleep.island as usize) {
                     *bin = NONE;
                 }
             }
-            (group.bins, group.bin_lines) = (first..self.count, begin..self.lines.len());
+            (group.bins, group.bin_rows) = (first..self.count, begin..self.solver_rows.len());
         }
     }
 
     /// Removes the islands that are too large from `lines[begin..]`.
     fn leave_out_large(&mut self, begin: usize) {
-        let of_line = &self.of_line;
-        let same = |a: &u32, b: &u32| of_line[*a as usize] == of_line[*b as usize];
-        let large = self.lines[begin..].chunk_by(same).filter(|lines| lines.len() > MOST);
+        let of_row = &self.of_row;
+        let same = |a: &u32, b: &u32| of_row[*a as usize] == of_row[*b as usize];
+        let large =
+            self.solver_rows[begin..].chunk_by(same).filter(|solver_rows| solver_rows.len() > MOST);
         let large: Vec<u32> = large.flatten().copied().collect();
-        large.iter().for_each(|line| self.of_line[*line as usize] = NONE);
+        large.iter().for_each(|solver_row| self.of_row[*solver_row as usize] = NONE);
         if !large.is_empty() {
-            let of_line = &self.of_line;
-            self.lines.retain(|line| of_line[*line as usize] != NONE);
+            let of_row = &self.of_row;
+            self.solver_rows.retain(|solver_row| of_row[*solver_row as usize] != NONE);
         }
     }
 }

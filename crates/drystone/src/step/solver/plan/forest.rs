@@ -123,7 +123,7 @@ impl Forest {
         bodies: &Bodies,
         joints: &mut Joints,
         colors: &Colors,
-        line_of: &[u32],
+        solver_row_of: &[u32],
         ratio: f32,
     ) {
         self.ratio = ratio;
@@ -139,7 +139,7 @@ impl Forest {
         if all().next().is_none() {
             return;
         }
-        let end = |body: u32| if line_of[body as usize] == 0 { NONE } else { body };
+        let end = |body: u32| if solver_row_of[body as usize] == 0 { NONE } else { body };
         self.begin_components(bodies);
         for row in all() {
             let joint = joints.at_mut(row);
@@ -343,11 +343,16 @@ impl Forest {
     }
 
     /// Sorts the trees by group.
-    pub(crate) fn place(&mut self, group_of_line: &[u32], line_of: &[u32], groups: &mut [Group]) {
+    pub(crate) fn place(
+        &mut self,
+        group_of_row: &[u32],
+        solver_row_of: &[u32],
+        groups: &mut [Group],
+    ) {
         let (trees, bodies) = (&self.trees, &self.bodies);
         let group = |tree: &u32| {
             let body = bodies[trees[*tree as usize].bodies.start];
-            group_of_line[line_of[body as usize] as usize]
+            group_of_row[solver_row_of[body as usize] as usize]
         };
         self.order.clear();
         self.order.extend(0..number(trees.len()));

@@ -7,7 +7,7 @@ use crate::state::bodies::body::Fineness;
 /// Islands that are solved together.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Group {
-    pub(crate) lines: Range<usize>,
+    pub(crate) solver_rows: Range<usize>,
     pub(crate) contacts: Range<usize>,
     pub(crate) joints: Range<usize>,
     pub(crate) sixdofs: Range<usize>,
@@ -17,8 +17,8 @@ pub(crate) struct Group {
     pub(crate) trees: Range<usize>,
     /// Island numbers of [`Bins`].
     pub(crate) bins: Range<usize>,
-    /// Range in [`Bins::lines`].
-    pub(crate) bin_lines: Range<usize>,
+    /// Range in [`Bins::solver_rows`].
+    pub(crate) bin_rows: Range<usize>,
     pub(crate) fineness: Fineness,
 }
 

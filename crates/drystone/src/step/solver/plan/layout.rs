@@ -118,13 +118,15 @@ impl Layout {
 /// The upper part of a contact's class is its share of the solver bodies of a shared group. Workers
 /// share a color's blocks in order, so each worker finds solver bodies in its own cache. The lower
 /// part is the number of points, so that the lanes of a block have equal counts.
-pub(crate) fn line_key(group_of_line: &[u32]) -> impl Fn(u64, usize) -> u64 {
-    move |class, line| u64::from(group_of_line[line]) << GROUP | class << CLASS | line as u64
+pub(crate) fn row_key(group_of_row: &[u32]) -> impl Fn(u64, usize) -> u64 {
+    move |class, solver_row| {
+        u64::from(group_of_row[solver_row]) << GROUP | class << CLASS | solver_row as u64
+    }
 }
 
 /// The higher solver body of two bodies.
-pub(crate) fn last_line(line_of: &[u32], a: u32, b: u32) -> usize {
-    line_of[a as usize].max(line_of[b as usize]) as usize
+pub(crate) fn last_row(solver_row_of: &[u32], a: u32, b: u32) -> usize {
+    solver_row_of[a as usize].max(solver_row_of[b as usize]) as usize
 }
 
 /// The class in a sort key.

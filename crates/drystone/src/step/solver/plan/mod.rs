@@ -21,7 +21,7 @@ use self::bins::Bins;
 use self::forest::Forest;
 use self::group::{Group, number};
 use self::joint_class::{COUPLED, OFTEN, SIX, TREE, TURNING, class_of};
-use self::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
+use self::layout::{CLASS, GROUP, Layout, Sorter, last_row, row_key};
 use self::refine::{fineness_of, is_jointed, struck, take_back, tumbles, was_struck, whirls};
 use self::survey::Survey;
 use self::turning::Turning;
@@ -52,7 +52,7 @@ const LEAST_GROUP: usize = 128;
 #[derive(Clone, Copy, Debug)]
 struct Share {
     island: u32,
-    lines: u32,
+    solver_rows: u32,
     /// Constraint ends; a body that only particles act on counts as one end.
     ends: usize,
 }
@@ -85,7 +85,7 @@ pub(crate) struct Plan {
     group_of: Vec<u32>,
     /// Islands that have solver bodies.
     islands: Vec<Share>,
-    group_of_line: Vec<u32>,
+    group_of_row: Vec<u32>,
     /// Class of each joint's row, updated when a joint is added or removed.
     joint_classes: Vec<u8>,
     survey: Survey,
@@ -224,13 +224,13 @@ impl Plan {
         joints: &mut Joints,
         contacts: &mut Contacts,
         colors: &mut Colors,
-        line_of: &mut Vec<u32>,
+        solver_row_of: &mut Vec<u32>,
         ratio: f32,
         parts: [u32; 5],
         jobs: &Jobs<'_>,
     ) {
         let workers = jobs.workers().max(1);
-        grow::zeros(line_of, bodies.rows.slot_count());
+        grow::zeros(solver_row_of, bodies.rows.slot_count());
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
         let changed =
             take_dirty([&mut colors.contacts, &mut colors.contacts_fixed]) || joints_changed;
@@ -247,21 +247,21 @@ impl Plan {
         }
         self.workers = workers;
         for row in &self.members {
-            line_of[*row as usize] = 0;
+            solver_row_of[*row as usize] = 0;
         }
         self.survey.make(bodies, |_| false, jobs);
         self.form_groups(parts.map(|parts| parts as usize));
-        let moved = self.place_bodies(bodies, line_of);
+        let moved = self.place_bodies(bodies, solver_row_of);
         if joints_changed {
-            self.forest.form(bodies, joints, colors, line_of, ratio);
+            self.forest.form(bodies, joints, colors, solver_row_of, ratio);
         }
-        self.forest.place(&self.group_of_line, line_of, &mut self.groups);
+        self.forest.place(&self.group_of_row, solver_row_of, &mut self.groups);
 
-        self.turning.place(line_of);
-        self.place_contacts(contacts, colors, line_of, jobs);
+        self.turning.place(solver_row_of);
+        self.place_contacts(contacts, colors, solver_row_of, jobs);
         // Contacts change in every step, joints do not.
         if joints_changed || moved {
-            self.place_joints(joints, colors, line_of, joints_changed, jobs);
+            self.place_joints(joints, colors, solver_row_of, joints_changed, jobs);
         }
         self.forest.locate(&self.sixdofs);
         for (number, group) in (0..).zip(&mut self.groups) {
@@ -279,19 +279,20 @@ impl Plan {
         &mut self,
         contacts: &mut Contacts,
         colors: &mut Colors,
-        line_of: &[u32],
+        solver_row_of: &[u32],
         jobs: &Jobs<'_>,
     ) {
-        let key = line_key(&self.group_of_line);
-        let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
+        let key = row_key(&self.group_of_row);
+        let (groups, shared, group_of_row) = (&self.groups, self.shared, &self.group_of_row);
         let parts = self.workers.min(MOST_PARTS);
         let Turning { bodies: turning, often, .. } = &self.turning;
         // In a shared group each worker begins with its own part of the solver bodies: see
-        // `line_key`.
-        let part_of = |line: usize| {
+        // `row_key`.
+        let part_of = |solver_row: usize| {
             // Index 0 is for bodies without a solver body, which a contact may still name.
-            groups[..shared].get(group_of_line[line] as usize).map_or(0, |group| {
-                line.saturating_sub(group.lines.start) * parts / group.lines.len().max(1)
+            groups[..shared].get(group_of_row[solver_row] as usize).map_or(0, |group| {
+                solver_row.saturating_sub(group.solver_rows.start) * parts
+                    / group.solver_rows.len().max(1)
             })
         };
         // SAFETY: a contact is in one color, which belongs to one chunk.
@@ -304,13 +305,13 @@ impl Plan {
                 2 => 1,
                 _ => 0,
             };
-            let line = last_line(line_of, c.body_a, c.body_b);
+            let solver_row = last_row(solver_row_of, c.body_a, c.body_b);
             let is_of = |bodies: &BitSet| bodies.contains(c.body_a) || bodies.contains(c.body_b);
-            let mut class = (part_of(line) as u64) << COUNT | count;
+            let mut class = (part_of(solver_row) as u64) << COUNT | count;
             if is_of(turning) {
                 class |= u64::from(if is_of(often) { TURNING | OFTEN } else { TURNING });
             }
-            Some(key(class, line))
+            Some(key(class, solver_row))
         };
         let set_place = |row: u32, place| {
             if let Some(c) = slots.row(row as usize)
@@ -332,7 +333,7 @@ impl Plan {
         &mut self,
         joints: &mut Joints,
         colors: &mut Colors,
-        line_of: &[u32],
+        solver_row_of: &[u32],
         anew: bool,
         jobs: &Jobs<'_>,
     ) {
@@ -341,14 +342,14 @@ impl Plan {
         let apart = unsafe { Apart::promise() };
         let classes = Rows::new(&mut self.joint_classes, apart);
         let slots = Rows::new(joints.rows.values_mut(), apart);
-        let key = line_key(&self.group_of_line);
+        let key = row_key(&self.group_of_row);
         let key_of = |row: u32| {
             let j = slots.read(row as usize).as_ref()?;
             let class = classes.row(row as usize);
             if anew {
                 *class = class_of(j);
             }
-            Some(key(u64::from(*class), last_line(line_of, j.body_a, j.body_b)))
+            Some(key(u64::from(*class), last_row(solver_row_of, j.body_a, j.body_b)))
         };
         let set_place = |row: u32, place| {
             if let Some(j) = slots.row(row as usize) {
@@ -373,8 +374,8 @@ impl Plan {
     }
 
     /// The group of a solver body.
-    pub(super) fn group_of(&self, line: u32) -> usize {
-        self.group_of_line[line as usize] as usize
+    pub(super) fn group_of(&self, solver_row: u32) -> usize {
+        self.group_of_row[solver_row as usize] as usize
     }
 
     /// Assigns islands to groups. `parts`: parts of a substep for each [`Fineness`].
@@ -391,12 +392,12 @@ impl Plan {
             }
             if self.group_of[at] == NONE {
                 self.group_of[at] = number(self.islands.len());
-                self.islands.push(Share { island: *island, lines: 0, ends: 0 });
+                self.islands.push(Share { island: *island, solver_rows: 0, ends: 0 });
             }
             // A body that only particles act on takes a place too.
             let ends = (*ends).max(1) as usize;
             let share = &mut self.islands[self.group_of[at] as usize];
-            (share.lines, share.ends) = (share.lines + 1, share.ends + ends);
+            (share.solver_rows, share.ends) = (share.solver_rows + 1, share.ends + ends);
             total += ends;
         }
         let workers = self.workers;
@@ -450,32 +451,32 @@ impl Plan {
         for share in &self.islands {
             let group = &mut self.groups[self.group_of[share.island as usize] as usize];
             group.fineness = fineness_of(share.island, &self.fineness[0]);
-            group.lines.end += share.lines as usize;
+            group.solver_rows.end += share.solver_rows as usize;
         }
-        let mut line = 1;
+        let mut solver_row = 1;
         for group in &mut self.groups {
-            let n = group.lines.end;
-            group.lines = line..line;
-            line += n;
+            let n = group.solver_rows.end;
+            group.solver_rows = solver_row..solver_row;
+            solver_row += n;
         }
     }
 
     /// Assigns solver bodies, group by group, and within a group in the order of awake bodies. True
     /// if some body's index changed.
-    fn place_bodies(&mut self, bodies: &Bodies, line_of: &mut [u32]) -> bool {
-        let n = self.islands.iter().map(|share| share.lines as usize).sum();
+    fn place_bodies(&mut self, bodies: &Bodies, solver_row_of: &mut [u32]) -> bool {
+        let n = self.islands.iter().map(|share| share.solver_rows as usize).sum();
         let mut moved = self.members.len() != n;
         self.members.resize(n, NONE);
-        self.group_of_line.resize(n + 1, 0);
+        self.group_of_row.resize(n + 1, 0);
         let lined =
             bodies.awake.iter().zip(&self.survey.islands).filter(|(_, island)| **island != NONE);
         for (row, island) in lined {
             let group = self.group_of[*island as usize];
-            let end = &mut self.groups[group as usize].lines.end;
-            let (member, of) = (&mut self.members[*end - 1], &mut self.group_of_line[*end]);
+            let end = &mut self.groups[group as usize].solver_rows.end;
+            let (member, of) = (&mut self.members[*end - 1], &mut self.group_of_row[*end]);
             moved |= (*member, *of) != (*row, group);
             (*member, *of) = (*row, group);
-            line_of[*row as usize] = number(*end);
+            solver_row_of[*row as usize] = number(*end);
             *end += 1;
         }
         moved

@@ -25,7 +25,7 @@ pub(crate) struct Turning {
     pub(crate) often: BitSet,
     rows: Vec<u32>,
     /// Their solver bodies, in order.
-    pub(crate) lines: Vec<u32>,
+    pub(crate) solver_rows: Vec<u32>,
     /// There are some in this step, or were in the last one.
     pub(crate) changed: bool,
     /// Bodies with contacts that are ghosts of seams.
@@ -103,10 +103,10 @@ impl Turning {
     }
 
     /// Finds their solver bodies.
-    pub(crate) fn place(&mut self, line_of: &[u32]) {
-        self.lines.clear();
-        let lines = self.rows.iter().map(|row| line_of[*row as usize]);
-        self.lines.extend(lines.filter(|line| *line != 0));
-        self.lines.sort_unstable();
+    pub(crate) fn place(&mut self, solver_row_of: &[u32]) {
+        self.solver_rows.clear();
+        let solver_rows = self.rows.iter().map(|row| solver_row_of[*row as usize]);
+        self.solver_rows.extend(solver_rows.filter(|solver_row| *solver_row != 0));
+        self.solver_rows.sort_unstable();
     }
 }

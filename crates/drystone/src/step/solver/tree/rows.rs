@@ -75,7 +75,7 @@ impl TreeSweep {
 /// A body of a tree.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TreeBody {
-    pub(crate) line: u32,
+    pub(crate) solver_row: u32,
     pub(crate) alpha: f64,
     pub(crate) s: [DVec3; 3],
     /// Velocity change by the tree's joints (whitened), as the solver body carries it.

@@ -74,12 +74,12 @@ impl Solver<'_> {
     pub(crate) fn prepare_trees(&self, group: &Group) {
         for tree in self.trees(group) {
             for i in tree.bodies.clone() {
-                let line = self.body.line_of[self.plan.forest.bodies[i] as usize];
-                let whitening = self.body.whitening.read(line as usize);
+                let solver_row = self.body.solver_row_of[self.plan.forest.bodies[i] as usize];
+                let whitening = self.body.whitening.read(solver_row as usize);
                 let Sym3 { xx, yy, zz, xy, xz, yz } = whitening.s();
                 let row = |x, y, z| DVec3::from(Vec3 { x, y, z });
                 *self.tree.bodies.row(i) = TreeBody {
-                    line,
+                    solver_row,
                     alpha: f64::from(whitening.alpha()),
                     s: [row(xx, xy, xz), row(xy, yy, yz), row(xz, yz, zz)],
                     ..TreeBody::default()
@@ -153,8 +153,8 @@ impl Solver<'_> {
             factor(&mut body.h, 6);
             forward(&body.h, &mut body.x, 6);
             backward(&body.h, &mut body.x, 6);
-            let line = self.body.lines.read(body.line as usize);
-            body.u = wide(line.v, line.w);
+            let solver_body = self.body.solver_bodies.read(body.solver_row as usize);
+            body.u = wide(solver_body.v, solver_body.w);
             self.put_velocity(body);
         }
     }
@@ -162,10 +162,10 @@ impl Solver<'_> {
     /// Writes the velocities, including the change by joints, to the solver body.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     fn put_velocity(&self, body: &mut TreeBody) {
-        let line = self.body.lines.row(body.line as usize);
+        let solver_body = self.body.solver_bodies.row(body.solver_row as usize);
         for i in 0..3 {
-            line.v[i] = (body.u[i] + body.x[i]) as f32;
-            line.w[i] = (body.u[3 + i] + body.x[3 + i]) as f32;
+            solver_body.v[i] = (body.u[i] + body.x[i]) as f32;
+            solver_body.w[i] = (body.u[3 + i] + body.x[3 + i]) as f32;
         }
         body.carried = body.x;
     }
@@ -199,9 +199,9 @@ impl Solver<'_> {
         for i in tree.bodies.clone() {
             let body = self.tree.bodies.row(i);
             mass += 1.0 / (body.alpha * body.alpha);
-            let line = self.body.lines.read(body.line as usize);
-            let (v, x) = (wide(line.v, line.w), wide(line.x, line.t));
-            let [start_v, start_w] = self.body.aux.read(body.line as usize).start();
+            let solver_body = self.body.solver_bodies.read(body.solver_row as usize);
+            let (v, x) = (wide(solver_body.v, solver_body.w), wide(solver_body.x, solver_body.t));
+            let [start_v, start_w] = self.body.aux.read(body.solver_row as usize).start();
             (body.motion, body.start) = (x, wide(start_v, start_w));
             for c in 0..6 {
                 body.u[c] = if sweep.joints.is_relax { v[c] } else { v[c] - body.carried[c] };

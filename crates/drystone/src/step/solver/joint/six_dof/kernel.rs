@@ -98,10 +98,10 @@ fn state_of<S: Simd>(simd: S, block: &SixBlock, at: &Placed<S>, sweep: &JointSwe
 pub(crate) fn solve<S: Simd>(
     simd: S,
     block: &mut SixBlock,
-    (lines, aux): (&Rows<'_, SolverBody>, &Rows<'_, Aux>),
+    (solver_bodies, aux): (&Rows<'_, SolverBody>, &Rows<'_, Aux>),
     sweep: &JointSweep,
 ) {
-    let at = Placed::read(simd, block, (lines, aux), sweep);
+    let at = Placed::read(simd, block, (solver_bodies, aux), sweep);
     let given = match (block.is_anchored, block.holds[1]) {
         (true, true) => kernel_anchored::solve::<S, true>(simd, block, &at, sweep),
         (true, false) => kernel_anchored::solve::<S, false>(simd, block, &at, sweep),
@@ -133,8 +133,8 @@ pub(crate) fn solve<S: Simd>(
     // every later substep.
     let a = Velocity { v: at.va.v - force * at.alpha, w: at.va.w - at.sa.mul(more_a) };
     let b = Velocity { v: at.vb.v + force * at.beta, w: at.vb.w + at.sb.mul(more_b) };
-    store_velocity(simd, lines, &block.row_a, shown(simd, a, sweep));
-    store_velocity(simd, lines, &block.row_b, shown(simd, b, sweep));
+    store_velocity(simd, solver_bodies, &block.row_a, shown(simd, a, sweep));
+    store_velocity(simd, solver_bodies, &block.row_b, shown(simd, b, sweep));
 }
 
 /// Solves joints with a free or sprung translation. `TURNS`: some joint of the block locks a

@@ -121,13 +121,13 @@ impl<S: Simd> Placed<S> {
     pub(crate) fn read(
         simd: S,
         block: &SixBlock,
-        (lines, aux): (&ReadRows<'_, SolverBody>, &ReadRows<'_, Aux>),
+        (solver_bodies, aux): (&ReadRows<'_, SolverBody>, &ReadRows<'_, Aux>),
         sweep: &JointSweep,
     ) -> Self {
         let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
         let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
-        let (va, xa) = sweep.read(simd, lines, &block.row_a);
-        let (vb, xb) = sweep.read(simd, lines, &block.row_b);
+        let (va, xa) = sweep.read(simd, solver_bodies, &block.row_a);
+        let (vb, xb) = sweep.read(simd, solver_bodies, &block.row_b);
         let (mut start_a, mut start_b) = (va, vb);
         if block.springs {
             start_a = load_start(simd, aux, &block.row_a);

@@ -62,7 +62,7 @@ impl Solver<'_> {
             }
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    kernel::solve(simd, self.joint.six.row(i), (&self.body.lines, &self.body.aux), sweep);
+                    kernel::solve(simd, self.joint.six.row(i), (&self.body.solver_bodies, &self.body.aux), sweep);
                 }
             });
         });
@@ -115,12 +115,12 @@ impl Solver<'_> {
         if block.is_direct {
             return;
         }
-        let a = load_velocity(simd, &self.body.lines, &block.row_a);
+        let a = load_velocity(simd, &self.body.solver_bodies, &block.row_a);
         let a = Velocity { v: a.v - force * alpha, w: a.w - sa.mul(moment_a) };
-        store_velocity(simd, &self.body.lines, &block.row_a, a);
-        let b = load_velocity(simd, &self.body.lines, &block.row_b);
+        store_velocity(simd, &self.body.solver_bodies, &block.row_a, a);
+        let b = load_velocity(simd, &self.body.solver_bodies, &block.row_b);
         let b = Velocity { v: b.v + force * beta, w: b.w + sb.mul(moment_b) };
-        store_velocity(simd, &self.body.lines, &block.row_b, b);
+        store_velocity(simd, &self.body.solver_bodies, &block.row_b, b);
     }
 
     /// Prefetches the joints of the block after the next one, and the data behind the joints of the
@@ -163,9 +163,10 @@ impl Solver<'_> {
                 joints.flags |= six.laws.flags;
                 joints.raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
                 joints.raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
-                let lines = [joint.body_a, joint.body_b].map(|row| self.body.line_of[row as usize]);
-                [block.row_a[lane], block.row_b[lane]] = lines;
-                if lines[0] == 0 || lines[1] == 0 {
+                let solver_rows =
+                    [joint.body_a, joint.body_b].map(|row| self.body.solver_row_of[row as usize]);
+                [block.row_a[lane], block.row_b[lane]] = solver_rows;
+                if solver_rows[0] == 0 || solver_rows[1] == 0 {
                     self.read_driven(joint, lane, &mut joints.driven);
                 }
             }
