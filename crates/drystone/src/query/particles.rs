@@ -70,14 +70,14 @@ pub(crate) fn penetration(tables: &Tables) -> f32 {
     for (id, particle) in particles.rows.iter() {
         let solver_row = id.index() + 1;
         let (x, radius) = (particles.position(solver_row), particles.x[solver_row as usize][3]);
-        let held = particle.attachment.checked_sub(1);
-        let held = held.map(|i| particles.attachments[i as usize].body);
+        let attachment = particle.attachment.checked_sub(1);
+        let attachment = attachment.map(|i| particles.attachments[i as usize].body);
         let around = Aabb::new(x, x).grown(radius);
         for tree in [&tables.bounds.fixed, &tables.bounds.moving] {
             tree.query(&around, |row| {
                 let shape = tables.shapes.at(row);
                 let meets = !shape.sensor && particle.filter.collides_with(shape.filter);
-                if meets && held != Some(shape.body) {
+                if meets && attachment != Some(shape.body) {
                     let pose = shape.placed(tables.bodies.at(shape.body));
                     let found = nearest(&shape.solid, pose.local_point(x), radius);
                     deepest = found.map_or(deepest, |f| deepest.max(radius - f.distance));

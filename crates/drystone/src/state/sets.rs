@@ -4,7 +4,7 @@
 pub(crate) mod changes;
 
 use self::changes::Move;
-use super::bodies::body::Fineness;
+use super::bodies::body::Subdivision;
 use super::bodies::{Bodies, NONE};
 use super::colors::{Coloring, Colors, Place};
 use super::contacts::Contacts;
@@ -274,9 +274,9 @@ impl Sets<'_> {
         for m in members {
             let b = self.bodies.at_mut(*m);
             (b.v, b.w) = Default::default();
-            if b.history.fineness == Fineness::Struck {
+            if b.history.subdivision == Subdivision::Struck {
                 // The impact is over.
-                b.history.fineness = Fineness::Whole;
+                b.history.subdivision = Subdivision::Whole;
             }
             if b.active() && b.is_dynamic() {
                 let id = self.bodies.id(*m);

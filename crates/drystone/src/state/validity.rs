@@ -27,12 +27,12 @@ use crate::base::slot_map::SlotMap;
 use crate::geometry::mass::MassProperties;
 
 /// Description of an inconsistency.
-pub(crate) type Unsound = &'static str;
+pub(crate) type Invalid = &'static str;
 
-type Check = Result<(), Unsound>;
+type Check = Result<(), Invalid>;
 
-fn holds(sound: bool, what: Unsound) -> Check {
-    if sound { Ok(()) } else { Err(what) }
+fn holds(is_valid: bool, what: Invalid) -> Check {
+    if is_valid { Ok(()) } else { Err(what) }
 }
 
 fn at_least_zero(numbers: &[f32]) -> bool {
@@ -163,7 +163,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
         // step keeps.
         let kept = limits::SPEED_KEPT.most;
         let slow = v <= kept * limits::POSITION.most && w <= kept;
-        let moved = [b.v, b.w, b.history.w_rest];
+        let moved = [b.v, b.w, b.history.w_low];
         let finite = slow && moved.iter().chain(&pushed).all(|v| v.is_finite());
         holds(
             finite && all_finite(&[b.history.load, b.history.inertia_factor]),
@@ -185,12 +185,12 @@ fn check_bodies(bodies: &Bodies) -> Check {
         )?;
         let damping = [b.forces.linear_damping, b.forces.angular_damping];
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
-        let sound = damped
+        let is_valid = damped
             && at_least_zero(&[b.extent, b.inner, b.sleep.still_time, b.history.last_h])
             && all_finite(&[b.sleep.still_time, b.sleep.speed])
             && (b.extent.is_finite() || !b.is_dynamic())
             && limits::GRAVITY_SCALE.admits(b.forces.gravity_scale);
-        holds(sound, "a number of a body is out of range")?;
+        holds(is_valid, "a number of a body is out of range")?;
         holds(
             b.out == (b.record.faulted || b.record.disabled),
             "a body is neither in the world nor out of it",
@@ -209,8 +209,8 @@ fn check_given(bodies: &Bodies) -> Check {
     for (row, given) in &bodies.given {
         let is_exact = bodies.rows.at(*row).is_some_and(|b| b.inertia.source == MassSource::Exact);
         let MassProperties { mass, center, inertia } = *given;
-        let sound = MassDef::Exact { mass, center, inertia }.validate().is_ok();
-        holds(is_exact && sound, "a mass that was given is of no body")?;
+        let is_valid = MassDef::Exact { mass, center, inertia }.validate().is_ok();
+        holds(is_exact && is_valid, "a mass that was given is of no body")?;
     }
     Ok(())
 }

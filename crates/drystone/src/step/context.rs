@@ -10,7 +10,7 @@ use self::caps::{Caps, SHORTEST};
 use self::load_inertia::LoadInertia;
 use self::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 use crate::state::bodies::stillness::StillnessRule;
 use crate::state::def::config::{PenaltyConfig, SleepConfig, WorldConfig};
 use crate::state::def::material::ContactSoftness;
@@ -94,7 +94,7 @@ pub(crate) struct StepContext {
     pub(crate) penalty: PenaltyConfig,
     /// Subdivision of each of the world's substeps, 1 to 8.
     pub(crate) parts: u32,
-    pub(crate) fineness: Fineness,
+    pub(crate) subdivision: Subdivision,
     /// Bodies freeze and wake individually.
     pub(crate) wakes_alone: bool,
     /// Sleep configuration, scaled by the world's length; enabled only if the method supports
@@ -134,7 +134,7 @@ impl StepContext {
         Self::with(config, dt, [substeps, 1], impulse_scale, level)
     }
 
-    /// Contexts of islands that subdivide every substep, one for each [`Fineness`].
+    /// Contexts of islands that subdivide every substep, one for each [`Subdivision`].
     #[expect(clippy::cast_precision_loss, reason = "at most 256")]
     pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 4] {
         let in_parts = |parts: u32| {
@@ -142,24 +142,24 @@ impl StepContext {
             Self::with(config, self.dt, substeps, self.impulse_scale, self.level)
         };
         let mut loaded = in_parts(config.inertia.refine);
-        loaded.fineness = Fineness::Loaded;
+        loaded.subdivision = Subdivision::Loaded;
         // Bodies that had sunk into softer contacts must not be thrown up.
         loaded.push_speed = loaded.push_speed.min(REFINED_PUSH_SPEED * self.length);
         // That depth is no error either.
         (loaded.deep, loaded.parted) = (self.deep, self.parted);
         let mut jointed = in_parts(config.joint.refine);
-        jointed.fineness = Fineness::Jointed;
+        jointed.subdivision = Subdivision::Jointed;
         // Contacts stay as soft as before; only joints get stiffer. (Stiffer contacts also threw
         // caught limbs out of their joints: docs/decisions/023-hits-on-joints.md.)
         [jointed.soft, jointed.soft_fixed] = contact_springs(config, self.inv_h, jointed.h);
-        let struck = Self { fineness: Fineness::Struck, ..jointed };
+        let struck = Self { subdivision: Subdivision::Struck, ..jointed };
         let (rounds, dt) = (self.substeps, self.dt / self.substeps as f32);
         let parts = jointed.parts;
         let tumbling = Self::with(config, dt, [1, parts], self.impulse_scale, self.level);
         // These bodies touch nothing, so no contact undoes a joint's correction.
         let hertz = joint_hertz(config, DIRECT, tumbling.inv_h);
         let soft_joint = Softness::new(hertz, config.joint.damping_ratio, tumbling.h);
-        let tumbling = Self { fineness: Fineness::Tumbling, rounds, soft_joint, ..tumbling };
+        let tumbling = Self { subdivision: Subdivision::Tumbling, rounds, soft_joint, ..tumbling };
         [loaded, jointed, struck, tumbling]
     }
 
@@ -266,7 +266,7 @@ impl StepContext {
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,
             parts,
-            fineness: Fineness::Whole,
+            subdivision: Subdivision::Whole,
             wakes_alone: config.method.freezes(),
             rest: SleepConfig {
                 enabled: config.sleep.enabled && config.method.sleeps(),

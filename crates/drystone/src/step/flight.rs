@@ -11,7 +11,7 @@ use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::simd::wide::LANES;
 use crate::base::threads::disjoint::Rows;
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 
 /// Bodies that wait for their free rotation, in two lists. Bodies with two equal moments need one
 /// part only; in lanes with a neighbor that needs eight they would be as slow as that.
@@ -57,7 +57,7 @@ impl Spins {
             // Idle lanes repeat the first body.
             let row = rows.get(lane).or(rows.first());
             if let Some(body) = row.and_then(|row| bodies.read(*row as usize).as_ref()) {
-                let w = DVec3::from(body.w) + DVec3::from(body.history.w_rest);
+                let w = DVec3::from(body.w) + DVec3::from(body.history.w_low);
                 tops.fill(lane, &Spin::of(body), w);
             }
         }
@@ -74,8 +74,8 @@ impl Spins {
 /// Moves a body that nothing touches along its exact parabola. True if its free rotation remains to
 /// be computed by [`Spins`].
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
-    (body.history.inertia_factor, body.history.load, body.history.fineness) =
-        (1.0, 0.0, Fineness::Whole);
+    (body.history.inertia_factor, body.history.load, body.history.subdivision) =
+        (1.0, 0.0, Subdivision::Whole);
     let acc = acceleration(ctx, body);
     let decay_v = super::context::softness::exact_decay(body.forces.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;
@@ -103,8 +103,8 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
     } else if round {
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
-    } else if DVec3::from(body.w) + DVec3::from(body.history.w_rest) == DVec3::ZERO {
-        (body.w, body.history.w_rest) = (Vec3::ZERO, Vec3::ZERO);
+    } else if DVec3::from(body.w) + DVec3::from(body.history.w_low) == DVec3::ZERO {
+        (body.w, body.history.w_low) = (Vec3::ZERO, Vec3::ZERO);
     } else {
         return true;
     }
@@ -148,7 +148,7 @@ mod tests {
                 .with_shape(ShapeDef::box_half(half));
             world.add_body(body).unwrap();
         }
-        // Some steps later they are tilted, and `w_rest` holds a rounding remainder.
+        // Some steps later they are tilted, and `w_low` holds a rounding remainder.
         for _ in 0..10 {
             world.step(1.0 / 60.0);
         }
@@ -173,13 +173,13 @@ mod tests {
             spins.finish(&ctx, &rows);
             let mut rested = 0;
             for (a, b) in alone.iter().flatten().zip(together.iter().flatten()) {
-                let w = DVec3::from(a.w) + DVec3::from(a.history.w_rest);
+                let w = DVec3::from(a.w) + DVec3::from(a.history.w_low);
                 let turned = rotate_freely(&Spin::of(a), w, ctx.dt, ctx.substeps);
                 let bits = |x: [f32; 4]| x.map(f32::to_bits);
                 let of = |v: Vec3| bits([v.x, v.y, v.z, 0.0]);
                 assert_eq!(bits(b.rotation.to_array()), bits(turned.rotation.to_array()));
-                assert_eq!((of(b.w), of(b.history.w_rest)), (of(turned.w), of(turned.w_rest)));
-                rested += usize::from(a.history.w_rest != Vec3::ZERO);
+                assert_eq!((of(b.w), of(b.history.w_low)), (of(turned.w), of(turned.w_low)));
+                rested += usize::from(a.history.w_low != Vec3::ZERO);
             }
             assert!(rested > 30, "{rested}");
         }

@@ -53,7 +53,7 @@ fn turning_parts(substeps: u32, a: f64, b: f64) -> u32 {
 /// Free rotation of one body over the time `dt`.
 pub(crate) fn rotate_freely(spin: &Spin, w: DVec3, dt: f32, substeps: u32) -> Turned {
     if w == DVec3::ZERO {
-        return Turned { rotation: spin.rotation, w: Vec3::ZERO, w_rest: Vec3::ZERO };
+        return Turned { rotation: spin.rotation, w: Vec3::ZERO, w_low: Vec3::ZERO };
     }
     let principal = DQuat::widened(spin.principal);
     let q = DQuat::widened(spin.rotation).times(principal).normalized();
@@ -109,7 +109,7 @@ impl Spin {
 pub(crate) struct Turned {
     pub(crate) rotation: Quat,
     pub(crate) w: Vec3,
-    pub(crate) w_rest: Vec3,
+    pub(crate) w_low: Vec3,
 }
 
 impl Turned {
@@ -122,7 +122,7 @@ impl Turned {
         let q = DQuat::widened(rotation).times(DQuat::widened(principal)).normalized();
         let exact = q.rotate(local);
         let w = exact.single();
-        Self { rotation, w, w_rest: (exact - DVec3::from(w)).single() }
+        Self { rotation, w, w_low: (exact - DVec3::from(w)).single() }
     }
 }
 

@@ -317,7 +317,7 @@ impl<'w> BodyMut<'w> {
         if body.kind == BodyKind::Static {
             return;
         }
-        (body.v, body.w, body.history.w_rest) = (v, w, Vec3::ZERO);
+        (body.v, body.w, body.history.w_low) = (v, w, Vec3::ZERO);
         self.world.bring_back(self.row);
         if v != Vec3::ZERO || w != Vec3::ZERO {
             if self.body().kind == BodyKind::Kinematic {

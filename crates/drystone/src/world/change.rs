@@ -10,7 +10,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 use crate::state::bodies::stillness::Stillness;
 use crate::state::def::{
     BodyKind, DefError, MassDef, at_least_zero, position, shape_suits, unit, velocity,
@@ -249,9 +249,9 @@ impl World {
         if kind == BodyKind::Static {
             (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         }
-        (body.forces.step_force, body.forces.step_torque, body.history.w_rest) = Default::default();
-        (body.history.inertia_factor, body.history.load, body.history.fineness) =
-            (1.0, 0.0, Fineness::Whole);
+        (body.forces.step_force, body.forces.step_torque, body.history.w_low) = Default::default();
+        (body.history.inertia_factor, body.history.load, body.history.subdivision) =
+            (1.0, 0.0, Subdivision::Whole);
         body.history.last_h = if ctx.is_soft { self.last_h } else { 0.0 };
         body.flies = false;
         (body.inertia.mass, body.inertia.moments, body.inertia.principal) =

@@ -5,7 +5,7 @@
 
 use super::World;
 use crate::base::math::Vec3;
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 use crate::state::events::{Fault, FaultKind};
 
 impl World {
@@ -39,14 +39,17 @@ impl World {
             self.take_out_joint(joint);
         }
         let tables = &mut self.tables;
-        for held in tables.particles.attachments.iter_mut().filter(|held| held.body == row) {
-            held.impulse = Vec3::ZERO;
+        for attachment in
+            tables.particles.attachments.iter_mut().filter(|attachment| attachment.body == row)
+        {
+            attachment.impulse = Vec3::ZERO;
         }
         let body = tables.bodies.at_mut(row);
         (body.forces.step_force, body.forces.step_torque) = (Vec3::ZERO, Vec3::ZERO);
-        (body.history.w_rest, body.history.load, body.history.inertia_factor) =
+        (body.history.w_low, body.history.load, body.history.inertia_factor) =
             (Vec3::ZERO, 0.0, 1.0);
-        (body.sleep.still_time, body.room, body.history.fineness) = (0.0, 0.0, Fineness::Whole);
+        (body.sleep.still_time, body.room, body.history.subdivision) =
+            (0.0, 0.0, Subdivision::Whole);
         for i in 0..tables.bodies.at(row).ties.shapes.len() {
             let shape = tables.bodies.at(row).ties.shapes[i];
             tables.bounds.remove(shape, &tables.shapes);

@@ -20,7 +20,7 @@ impl World {
     /// # Faults
     /// A component is not finite, or beyond 1e6 m/s².
     pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetGravity, |of| of.try_set_gravity(gravity));
+        let _ = self.attempt(FrameCall::SetGravity, |of| of.try_set_gravity(gravity));
     }
 }
 
@@ -33,7 +33,7 @@ impl BodyMut<'_> {
     /// A number is not finite or too large, or the rotation is not a unit quaternion. Then nothing
     /// is changed.
     pub fn set_pose(&mut self, pose: Pose) {
-        let _ = self.told(FrameCall::SetPose, |of| of.try_set_pose(pose));
+        let _ = self.attempt(FrameCall::SetPose, |of| of.try_set_pose(pose));
     }
 
     /// Sets the velocity of the center of mass [m/s, world]. No effect on static bodies.
@@ -41,7 +41,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_linear_velocity(&mut self, v: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetLinearVelocity, |of| of.try_set_linear_velocity(v));
+        let _ = self.attempt(FrameCall::SetLinearVelocity, |of| of.try_set_linear_velocity(v));
     }
 
     /// Sets the angular velocity [rad/s, world]. No effect on static bodies.
@@ -49,7 +49,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_angular_velocity(&mut self, w: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetAngularVelocity, |of| of.try_set_angular_velocity(w));
+        let _ = self.attempt(FrameCall::SetAngularVelocity, |of| of.try_set_angular_velocity(w));
     }
 
     /// Gives a kinematic body the velocity that takes it to `pose` [m, world] in one step of `dt`
@@ -63,7 +63,7 @@ impl BodyMut<'_> {
     /// A number is not finite or too large, `dt` is not from 1e-6 to 10 s, or the velocity would be
     /// beyond 1e6 m/s or rad/s.
     pub fn move_to(&mut self, pose: Pose, dt: f32) {
-        let _ = self.told(FrameCall::MoveTo, |of| of.try_move_to(pose, dt));
+        let _ = self.attempt(FrameCall::MoveTo, |of| of.try_move_to(pose, dt));
     }
 
     /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic
@@ -72,7 +72,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or the velocity would be beyond 1e6 m/s.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::ApplyImpulse, |of| of.try_apply_impulse(impulse));
+        let _ = self.attempt(FrameCall::ApplyImpulse, |of| of.try_apply_impulse(impulse));
     }
 
     /// Applies an impulse [N s, world] at a point [m, world]: changes linear and angular velocity
@@ -81,7 +81,8 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or a velocity would be beyond 1e6 m/s or rad/s.
     pub fn apply_impulse_at(&mut self, impulse: impl Into<Vec3>, point: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::ApplyImpulseAt, |of| of.try_apply_impulse_at(impulse, point));
+        let _ =
+            self.attempt(FrameCall::ApplyImpulseAt, |of| of.try_apply_impulse_at(impulse, point));
     }
 
     /// Changes the angular velocity at once by an angular impulse [N m s, world]. Dynamic bodies
@@ -90,8 +91,8 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or the angular velocity would be beyond 1e6 rad/s.
     pub fn apply_angular_impulse(&mut self, impulse: impl Into<Vec3>) {
-        let _ =
-            self.told(FrameCall::ApplyAngularImpulse, |of| of.try_apply_angular_impulse(impulse));
+        let _ = self
+            .attempt(FrameCall::ApplyAngularImpulse, |of| of.try_apply_angular_impulse(impulse));
     }
 
     /// Adds a force [N, world] at the center of mass for the next step only. Dynamic bodies only.
@@ -100,7 +101,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or all forces for the step together accelerate the body by more than
     /// 1e10 m/s².
     pub fn add_step_force(&mut self, force: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::AddStepForce, |of| of.try_add_step_force(force));
+        let _ = self.attempt(FrameCall::AddStepForce, |of| of.try_add_step_force(force));
     }
 
     /// Adds a force [N, world] at a point [m, world] for the next step only. Dynamic bodies only.
@@ -108,7 +109,8 @@ impl BodyMut<'_> {
     /// # Faults
     /// The same faults as those of [`Self::add_step_force`] and [`Self::add_step_torque`].
     pub fn add_step_force_at(&mut self, force: impl Into<Vec3>, point: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::AddStepForceAt, |of| of.try_add_step_force_at(force, point));
+        let _ =
+            self.attempt(FrameCall::AddStepForceAt, |of| of.try_add_step_force_at(force, point));
     }
 
     /// Adds a torque [N m, world] for the next step only. Dynamic bodies only.
@@ -117,7 +119,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or all torques for the step together accelerate the body by more
     /// than 1e10 rad/s².
     pub fn add_step_torque(&mut self, torque: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::AddStepTorque, |of| of.try_add_step_torque(torque));
+        let _ = self.attempt(FrameCall::AddStepTorque, |of| of.try_add_step_torque(torque));
     }
 
     /// Sets the lasting force [N, world] at the center of mass. It acts in every step until it is
@@ -126,7 +128,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or the force accelerates the body by more than 1e10 m/s².
     pub fn set_lasting_force(&mut self, force: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetLastingForce, |of| of.try_set_lasting_force(force));
+        let _ = self.attempt(FrameCall::SetLastingForce, |of| of.try_set_lasting_force(force));
     }
 
     /// Sets the lasting torque [N m, world]. It acts in every step until it is set again. Dynamic
@@ -135,7 +137,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or the torque accelerates the body by more than 1e10 rad/s².
     pub fn set_lasting_torque(&mut self, torque: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetLastingTorque, |of| of.try_set_lasting_torque(torque));
+        let _ = self.attempt(FrameCall::SetLastingTorque, |of| of.try_set_lasting_torque(torque));
     }
 
     /// Sets the factor by which gravity acts on the body, -1000 to 1000.
@@ -143,7 +145,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// The number is not from -1000 to 1000.
     pub fn set_gravity_scale(&mut self, scale: f32) {
-        let _ = self.told(FrameCall::SetGravityScale, |of| of.try_set_gravity_scale(scale));
+        let _ = self.attempt(FrameCall::SetGravityScale, |of| of.try_set_gravity_scale(scale));
     }
 
     /// Sets the rates at which linear and angular velocity decay [1/s], 0 to 1e9.
@@ -151,7 +153,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not from 0 to 1e9 1/s.
     pub fn set_damping(&mut self, linear: f32, angular: f32) {
-        let _ = self.told(FrameCall::SetDamping, |of| of.try_set_damping(linear, angular));
+        let _ = self.attempt(FrameCall::SetDamping, |of| of.try_set_damping(linear, angular));
     }
 }
 
@@ -162,7 +164,7 @@ impl ShapeMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_surface_velocity(&mut self, v: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetSurfaceVelocity, |of| of.try_set_surface_velocity(v));
+        let _ = self.attempt(FrameCall::SetSurfaceVelocity, |of| of.try_set_surface_velocity(v));
     }
 
     /// Sets the angular velocity of the surface about the shape's origin [rad/s, frame of the
@@ -171,7 +173,7 @@ impl ShapeMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_surface_spin(&mut self, spin: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetSurfaceSpin, |of| of.try_set_surface_spin(spin));
+        let _ = self.attempt(FrameCall::SetSurfaceSpin, |of| of.try_set_surface_spin(spin));
     }
 }
 
@@ -181,7 +183,7 @@ impl ParticleMut<'_> {
     /// # Faults
     /// A number is not finite, or beyond 1e7 m.
     pub fn set_position(&mut self, x: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetParticlePosition, |of| of.try_set_position(x));
+        let _ = self.attempt(FrameCall::SetParticlePosition, |of| of.try_set_position(x));
     }
 
     /// Sets the velocity of the particle [m/s, world].
@@ -189,7 +191,7 @@ impl ParticleMut<'_> {
     /// # Faults
     /// A number is not finite, or beyond 1e6 m/s.
     pub fn set_velocity(&mut self, v: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::SetParticleVelocity, |of| of.try_set_velocity(v));
+        let _ = self.attempt(FrameCall::SetParticleVelocity, |of| of.try_set_velocity(v));
     }
 
     /// Adds an impulse [N s, world]. No effect on pinned particles.
@@ -197,7 +199,7 @@ impl ParticleMut<'_> {
     /// # Faults
     /// A number is not finite, or the velocity would be beyond 1e6 m/s.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) {
-        let _ = self.told(FrameCall::ApplyParticleImpulse, |of| of.try_apply_impulse(impulse));
+        let _ = self.attempt(FrameCall::ApplyParticleImpulse, |of| of.try_apply_impulse(impulse));
     }
 }
 
@@ -207,7 +209,7 @@ impl LinkMut<'_> {
     /// # Faults
     /// The length is not from 1e-5 to 1e7 m.
     pub fn set_length(&mut self, length: f32) {
-        let _ = self.told(FrameCall::SetLinkLength, |of| of.try_set_length(length));
+        let _ = self.attempt(FrameCall::SetLinkLength, |of| of.try_set_length(length));
     }
 }
 
@@ -218,7 +220,7 @@ impl JointMut<'_> {
     /// # Faults
     /// A number is out of range, or the joint does not have exactly one free axis.
     pub fn set_motor(&mut self, speed: f32, max_force: f32) {
-        let _ = self.told(FrameCall::SetMotor, |of| of.try_set_motor(speed, max_force));
+        let _ = self.attempt(FrameCall::SetMotor, |of| of.try_set_motor(speed, max_force));
     }
 
     /// Drives the joint's free axis to this position [m; rad] with at most this force [N; N m].
@@ -226,7 +228,8 @@ impl JointMut<'_> {
     /// # Faults
     /// The same faults as those of [`Self::set_motor`].
     pub fn set_servo(&mut self, position: f32, spring: JointSpring, max_force: f32) {
-        let _ = self.told(FrameCall::SetServo, |of| of.try_set_servo(position, spring, max_force));
+        let _ =
+            self.attempt(FrameCall::SetServo, |of| of.try_set_servo(position, spring, max_force));
     }
 
     /// Drives the rotation of the second frame in the first to `rotation`. The joint must have
@@ -237,7 +240,7 @@ impl JointMut<'_> {
     /// The rotation is not a unit quaternion, a number is out of range, or the joint locks a
     /// rotation.
     pub fn set_target_rotation(&mut self, rotation: Quat, spring: JointSpring, max_torque: f32) {
-        let _ = self.told(FrameCall::SetTargetRotation, |of| {
+        let _ = self.attempt(FrameCall::SetTargetRotation, |of| {
             of.try_set_target_rotation(rotation, spring, max_torque)
         });
     }
@@ -248,7 +251,7 @@ impl JointMut<'_> {
     /// A length is not from 0 to 1e9 m, the maximum is below the minimum, or the joint has another
     /// kind.
     pub fn set_lengths(&mut self, min: f32, max: f32) {
-        let _ = self.told(FrameCall::SetLengths, |of| of.try_set_lengths(min, max));
+        let _ = self.attempt(FrameCall::SetLengths, |of| of.try_set_lengths(min, max));
     }
 }
 
@@ -260,7 +263,7 @@ impl AxisMut<'_, '_> {
     /// A number is out of range, or the axis is a swing of a joint with a cone. Both swings of a
     /// cone change together ([`JointMut::set_axes`]).
     pub fn set_motor(&mut self, speed: f32, max_force: f32) {
-        let _ = self.told(FrameCall::SetMotor, |of| of.try_set_motor(speed, max_force));
+        let _ = self.attempt(FrameCall::SetMotor, |of| of.try_set_motor(speed, max_force));
     }
 
     /// Drives the axis to this position [m; rad] with at most this force [N; N m].
@@ -268,6 +271,7 @@ impl AxisMut<'_, '_> {
     /// # Faults
     /// The same faults as those of [`Self::set_motor`].
     pub fn set_servo(&mut self, position: f32, spring: JointSpring, max_force: f32) {
-        let _ = self.told(FrameCall::SetServo, |of| of.try_set_servo(position, spring, max_force));
+        let _ =
+            self.attempt(FrameCall::SetServo, |of| of.try_set_servo(position, spring, max_force));
     }
 }

@@ -84,7 +84,7 @@ impl ParticleRef<'_> {
         self.particle.links
     }
 
-    fn held(&self) -> Option<&Attachment> {
+    fn attachment_row(&self) -> Option<&Attachment> {
         let number = self.particle.attachment.checked_sub(1)?;
         self.tables.particles.attachments.get(number as usize)
     }
@@ -92,17 +92,20 @@ impl ParticleRef<'_> {
     /// The body to which it is attached, and the point [m, frame of the body's origin].
     #[must_use]
     pub fn attachment(&self) -> Option<(BodyId, Vec3)> {
-        let held = self.held()?;
-        let body = self.tables.bodies.at(held.body);
-        Some((self.tables.bodies.id(held.body), held.anchor + body.inertia.local_center))
+        let attachment = self.attachment_row()?;
+        let body = self.tables.bodies.at(attachment.body);
+        Some((
+            self.tables.bodies.id(attachment.body),
+            attachment.anchor + body.inertia.local_center,
+        ))
     }
 
     /// Force of its attachment on the particle in the last substep [N, world]; the body gets the
     /// opposite. Zero if it is not attached.
     #[must_use]
     pub fn attachment_force(&self) -> Vec3 {
-        match self.held() {
-            Some(held) if self.h > 0.0 => (held.impulse * (1.0 / self.h)).bounded(),
+        match self.attachment_row() {
+            Some(attachment) if self.h > 0.0 => (attachment.impulse * (1.0 / self.h)).bounded(),
             _ => Vec3::ZERO,
         }
     }
@@ -293,9 +296,9 @@ impl World {
     pub(super) fn detach_all(&mut self, body: u32) {
         let particles = &mut self.tables.particles;
         let mut i = 0;
-        while let Some(held) = particles.attachments.get(i) {
-            let solver_row = held.solver_row;
-            if held.body != body {
+        while let Some(attachment) = particles.attachments.get(i) {
+            let solver_row = attachment.solver_row;
+            if attachment.body != body {
                 i += 1;
                 continue;
             }

@@ -26,7 +26,7 @@ pub(crate) trait Told: Sized {
     fn world(&mut self) -> &mut World;
 
     /// Makes a call and records a fault if it was refused.
-    fn told(
+    fn attempt(
         &mut self,
         call: FrameCall,
         make: impl FnOnce(&mut Self) -> Result<(), DefError>,

@@ -23,7 +23,7 @@ impl World {
     /// report their begin or end with the next step. A change that is undone before it cancels out.
     pub(super) fn turn_touches(&mut self, shape: u32) {
         let tables = &self.tables;
-        let is_told = tables.shapes.at(shape).reports.touches;
+        let is_reported = tables.shapes.at(shape).reports.touches;
         let body = tables.bodies.at(tables.shapes.at(shape).body);
         for (row, _) in tables.contacts.of_body(body) {
             let c = tables.contacts.at(row);
@@ -35,10 +35,13 @@ impl World {
             }
             let event = contact_event(c, &tables.shapes, &tables.bodies);
             let Events { contact_begin, contact_end, .. } = &mut self.pending;
-            let (told, back) =
-                if is_told { (contact_begin, contact_end) } else { (contact_end, contact_begin) };
+            let (events, back) = if is_reported {
+                (contact_begin, contact_end)
+            } else {
+                (contact_end, contact_begin)
+            };
             if !take_out(back, &event) {
-                told.push(event);
+                events.push(event);
             }
         }
     }

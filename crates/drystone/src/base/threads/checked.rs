@@ -79,12 +79,12 @@ impl Book {
 }
 
 /// A reserved worker's number.
-struct Held<'a> {
+struct Claimed<'a> {
     slot: &'a Slot,
     worker: usize,
 }
 
-impl<'a> Held<'a> {
+impl<'a> Claimed<'a> {
     /// Reserves a free number, `wanted` if possible; returns `None` if more chunks run than there
     /// are workers.
     fn take(slots: &'a [Slot], wanted: usize) -> Option<Self> {
@@ -99,7 +99,7 @@ impl<'a> Held<'a> {
     }
 }
 
-impl Drop for Held<'_> {
+impl Drop for Claimed<'_> {
     fn drop(&mut self) {
         self.slot.0.store(false, Ordering::Release);
     }
@@ -148,12 +148,12 @@ impl<'a> Checked<'a> {
             if last.load(Ordering::Relaxed) == round {
                 return;
             }
-            let Some(held) = Held::take(slots, worker) else { return };
+            let Some(claimed) = Claimed::take(slots, worker) else { return };
             if last.swap(round, Ordering::AcqRel) == round || broken.load(Ordering::Relaxed) {
                 return;
             }
             // The executor never sees a panic of a task, since it could swallow it.
-            if let Err(payload) = catch_unwind(AssertUnwindSafe(|| task(held.worker, chunk))) {
+            if let Err(payload) = catch_unwind(AssertUnwindSafe(|| task(claimed.worker, chunk))) {
                 broken.store(true, Ordering::Relaxed);
                 first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(payload);
             }
@@ -178,7 +178,7 @@ mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::Barrier;
 
-    use super::{Checked, Claims, Held, Slot};
+    use super::{Checked, Claimed, Claims, Slot};
     use crate::base::threads::jobs::Executor;
     use crate::base::threads::team::Team;
 
@@ -207,12 +207,12 @@ mod tests {
     #[test]
     fn a_number_that_is_held_stays_held() {
         let slots: [Slot; 3] = Default::default();
-        let held = [2, 2, usize::MAX].map(|wanted| Held::take(&slots, wanted).unwrap());
-        assert_eq!(held.each_ref().map(|held| held.worker), [2, 0, 1]);
+        let claimed = [2, 2, usize::MAX].map(|wanted| Claimed::take(&slots, wanted).unwrap());
+        assert_eq!(claimed.each_ref().map(|claimed| claimed.worker), [2, 0, 1]);
         // A failed reservation releases nothing.
-        assert!((0..9).all(|wanted| Held::take(&slots, wanted).is_none()));
-        drop(held);
-        assert!(Held::take(&slots, 1).is_some_and(|held| held.worker == 1));
+        assert!((0..9).all(|wanted| Claimed::take(&slots, wanted).is_none()));
+        drop(claimed);
+        assert!(Claimed::take(&slots, 1).is_some_and(|claimed| claimed.worker == 1));
     }
 
     #[test]

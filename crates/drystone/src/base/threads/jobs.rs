@@ -358,18 +358,18 @@ pub(crate) fn for_each_with<W: Default + Send>(
     f: impl Fn(&mut W, usize) + Sync,
 ) {
     workers.resize_with(workers.len().max(jobs.workers()), W::default);
-    for_each_in_room(jobs, n, workers, 1, |own, index| f(&mut own[0], index));
+    for_each_in_buffer(jobs, n, workers, 1, |own, index| f(&mut own[0], index));
 }
 
-/// Like [`for_each`], with `size` items of `rooms` for each worker: `f(room, index)`.
-pub(crate) fn for_each_in_room<T: Send>(
+/// Like [`for_each`], with `size` items of `buffers` for each worker: `f(buffer, index)`.
+pub(crate) fn for_each_in_buffer<T: Send>(
     jobs: &Jobs<'_>,
     n: usize,
-    rooms: &mut [T],
+    buffers: &mut [T],
     size: usize,
     f: impl Fn(&mut [T], usize) + Sync,
 ) {
     // SAFETY: `Jobs` gives concurrent chunks different workers.
-    let rooms = Rows::of_workers(rooms, unsafe { Apart::promise() });
-    for_each(jobs, n, |worker, index| f(rooms.slice(worker * size..(worker + 1) * size), index));
+    let buffers = Rows::of_workers(buffers, unsafe { Apart::promise() });
+    for_each(jobs, n, |worker, index| f(buffers.slice(worker * size..(worker + 1) * size), index));
 }

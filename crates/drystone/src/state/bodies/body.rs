@@ -14,7 +14,7 @@ use crate::state::def::{AxisLocks, BodyKind, MassDef};
 /// How finely an island subdivides the world's substeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub(crate) enum Fineness {
+pub(crate) enum Subdivision {
     /// No subdivision.
     #[default]
     Whole,
@@ -31,7 +31,7 @@ pub(crate) enum Fineness {
     Tumbling,
 }
 
-impl Fineness {
+impl Subdivision {
     /// All values.
     pub(crate) const ALL: [Self; 5] =
         [Self::Whole, Self::Loaded, Self::Jointed, Self::Struck, Self::Tumbling];
@@ -191,7 +191,7 @@ pub(crate) struct Sleep {
 pub(crate) struct History {
     /// Rounding remainder of the angular velocity in free flight [rad/s, world]: below the last
     /// digits of `w`. It is 0 as soon as anything but free rotation acts.
-    pub(crate) w_rest: Vec3,
+    pub(crate) w_low: Vec3,
     /// Factor of its mass and inertia in the last step. It follows from `load`, the force that
     /// squeezes the body from both sides [N].
     pub(crate) inertia_factor: f32,
@@ -203,7 +203,7 @@ pub(crate) struct History {
     /// pushed, which has level 0. An unsupported body has [`NONE`].
     pub(crate) level: u32,
     /// Subdivision of its island in the last step.
-    pub(crate) fineness: Fineness,
+    pub(crate) subdivision: Subdivision,
 }
 
 impl Ties {
@@ -232,12 +232,12 @@ impl History {
     /// State of a body that has not been solved yet.
     pub(crate) const fn begin(level: u32) -> Self {
         Self {
-            w_rest: Vec3::ZERO,
+            w_low: Vec3::ZERO,
             inertia_factor: 1.0,
             load: 0.0,
             last_h: 0.0,
             level,
-            fineness: Fineness::Whole,
+            subdivision: Subdivision::Whole,
         }
     }
 }

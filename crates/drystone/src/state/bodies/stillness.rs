@@ -313,8 +313,8 @@ impl Stillness {
             placed && mark.v.is_below(fast) && mark.w.is_below(fast) && mark.at.is_finite()
         });
         let finite = |way: &Way| way.moved.is_finite() && way.turned.is_finite();
-        let sound = marks && self.means.iter().all(finite);
-        sound && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0)
+        let is_valid = marks && self.means.iter().all(finite);
+        is_valid && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Checks of particles: the rows and their lines, links in their lanes, chains of links.
 
-use super::{Check, Seen, Unsound, all_finite, at_least_zero, holds, is_place};
+use super::{Check, Invalid, Seen, all_finite, at_least_zero, holds, is_place};
 use crate::base::limits;
 use crate::base::simd::wide::LANES;
 use crate::state::bodies::Bodies;
@@ -27,9 +27,9 @@ pub(crate) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
         holds(all_finite(row.v.iter().chain(&row.x)), "a particle moves by no number")?;
         let inverse = row.inverse_mass();
         holds(inverse.is_finite() && inverse >= 0.0, "a particle has no mass that can be")?;
-        let sound = limits::DAMPING.admits(p.damping) && at_least_zero(&[p.still_time]);
-        let sound = sound && limits::GRAVITY_SCALE.admits(p.gravity_scale);
-        holds(sound, "a number of a particle is out of range")?;
+        let is_valid = limits::DAMPING.admits(p.damping) && at_least_zero(&[p.still_time]);
+        let is_valid = is_valid && limits::GRAVITY_SCALE.admits(p.gravity_scale);
+        holds(is_valid, "a number of a particle is out of range")?;
         // Strands that will be searched again may refer to removed particles.
         let strand = particles.strands_changed || lives(p.strand) && p.strand <= solver_row;
         holds(strand, "a particle is of no strand")?;
@@ -76,7 +76,7 @@ fn check_links(
     number: usize,
     particles: &Particles,
     ends: &mut [u32],
-) -> Result<usize, Unsound> {
+) -> Result<usize, Invalid> {
     let mut seen = Seen::none_of(particles.states.len());
     let mut count = 0;
     for block in &color.blocks {

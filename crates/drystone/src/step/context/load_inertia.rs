@@ -1,6 +1,6 @@
 //! The rule by which a body's inertia grows with its load.
 
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 
 /// Bodies that turn faster than this get their own inertia back [rad/s], so toppling takes its real
 /// time. Bodies larger than this [m] (half the diagonal of a cube of 1 m) topple slower, as the
@@ -64,7 +64,7 @@ impl LoadInertia {
     /// hops, is not loaded, and goes back.)
     pub(crate) fn wants_refining(&self, body: &Body) -> bool {
         body.history.inertia_factor
-            >= self.most * if body.history.fineness == Fineness::Loaded { 0.2 } else { 0.75 }
+            >= self.most * if body.history.subdivision == Subdivision::Loaded { 0.2 } else { 0.75 }
     }
 
     /// The factor for a load of `raw` thresholds: linear up to `most`, constant up to [`BEYOND`]

@@ -96,7 +96,7 @@ impl Ends {
         body.rotation = Quat::new(x[lane], y[lane], z[lane], w[lane]);
         let exact = self.w(lane);
         body.w = exact.single();
-        body.history.w_rest = (exact - DVec3::from(body.w)).single();
+        body.history.w_low = (exact - DVec3::from(body.w)).single();
     }
 }
 

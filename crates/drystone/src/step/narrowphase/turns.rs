@@ -47,13 +47,13 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
 
 /// Minimum closing speed of an impact [m/s, times [`StepContext::length`]]: ten times the speed
 /// that gravity gives in a substep.
-pub(crate) const BLOW_SPEED: f32 = 0.2;
+pub(crate) const IMPACT_SPEED: f32 = 0.2;
 
 /// True if two bodies meet within the step at impact speed, and do not bounce. Warm starting would
 /// apply the impact impulse once more in the next substep. A body alone with one that cannot be
 /// pushed is stopped by a single sweep. The impact of a body with joints passes through the joint
 /// sweep, which has its own rule for impacts.
-pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
+pub(crate) fn may_impact(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
     if contact.sensor || contact.restitution > 0.0 {
         return false;
     }
@@ -67,7 +67,7 @@ pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) ->
         [false, true] if !is_alone(b) => {}
         _ => return false,
     }
-    let least = BLOW_SPEED * ctx.length;
+    let least = IMPACT_SPEED * ctx.length;
     let most = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
     // A relax sweep looks a substep beyond the step's end.
     let ahead = ctx.dt + ctx.h;
@@ -88,7 +88,7 @@ pub(super) fn list_for_solver(
     if corotates(ctx, contact, bodies) {
         out.push(Change::Corotates(row));
     }
-    if blows(ctx, contact, bodies) {
+    if may_impact(ctx, contact, bodies) {
         out.push(Change::Blows(row));
     }
     list_parting(ctx, (row, contact), out);

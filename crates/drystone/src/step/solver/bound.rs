@@ -29,7 +29,7 @@ use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{LANES, Lanes, at};
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 use crate::state::def::method::Pass;
 use crate::step::context::caps::Caps;
 use crate::step::solver_body::three;
@@ -97,7 +97,7 @@ impl Solver<'_> {
         // Tumbling islands are not checked. They have no contacts and get new rows in each round,
         // so neither impacts nor turned rows do work. But soft joints at 100 rad/s return the
         // energy that they store.
-        let is_asked = group.fineness != Fineness::Tumbling;
+        let is_asked = group.subdivision != Subdivision::Tumbling;
         if !is_asked || group.bins.is_empty() || !(solves || pass == Pass::Relax) {
             return;
         }

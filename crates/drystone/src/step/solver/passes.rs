@@ -4,7 +4,7 @@ use super::lent::Solver;
 use super::pass::{PassStep, Progress};
 use super::totals_rows::When;
 use crate::base::threads::jobs::Jobs;
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 use crate::state::def::method::Pass;
 
 impl Solver<'_> {
@@ -52,7 +52,7 @@ impl Solver<'_> {
     pub(super) fn pass_steps(&self) -> impl Iterator<Item = PassStep> {
         let (body, finish) = (self.method.substep(), self.method.finish());
         let substeps = self.ctx.substeps;
-        let relaxes = self.ctx.fineness == Fineness::Struck && !body.contains(&Pass::Relax);
+        let relaxes = self.ctx.subdivision == Subdivision::Struck && !body.contains(&Pass::Relax);
         let relax: &[Pass] = if relaxes { &[Pass::Impacts, Pass::Relax] } else { &[] };
         let passes = move |substep| body.iter().chain(relax).map(move |p| (substep, *p));
         let steps = (0..substeps).flat_map(passes);

@@ -18,7 +18,7 @@ use super::scratch::Scratch;
 use super::totals_rows::Askers;
 use super::with_particles;
 use crate::base::threads::disjoint::{Apart, Rows};
-use crate::base::threads::jobs::{Jobs, for_each_in_room, for_shares};
+use crate::base::threads::jobs::{Jobs, for_each_in_buffer, for_shares};
 use crate::state::colors::Colors;
 use crate::state::contacts::Contacts;
 use crate::state::def::config::WorldConfig;
@@ -31,7 +31,7 @@ use crate::step::solver_body::SolverBody;
 
 /// Runs the method's passes: plans groups of islands, allocates their rows, and lets a worker take
 /// each group through the step. There is one context for each
-/// [`Fineness`](crate::state::bodies::body::Fineness) of islands.
+/// [`Subdivision`](crate::state::bodies::body::Fineness) of islands.
 pub(crate) fn solve(
     ctx: &StepContext,
     config: &WorldConfig,
@@ -49,7 +49,7 @@ pub(crate) fn solve(
     let contexts = [ctx, loaded, jointed, struck, tumbling];
     let Input { bodies, shapes, islands, closing, breakage } = input;
     s.sweeps = method.wide_sweeps(ctx.substeps);
-    s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
+    s.plan.choose_subdivision(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
     s.plan.choose_turning(bodies, contacts, shapes, (closing, ctx.dt));
     s.plan.take_back(bodies, joints, contacts, islands, struck, jobs);
     let workers = jobs.workers().max(1);
@@ -84,7 +84,7 @@ pub(crate) fn solve(
     let plan = &s.plan;
     let keep = !tied.scratch.groups.is_empty();
     let (blocks, contact) = s.contact.lend(plan, needs, apart);
-    let Arena { own, rooms, size } = Arena::new(plan, blocks, workers, keep);
+    let Arena { own, buffers, size } = Arena::new(plan, blocks, workers, keep);
     let end = own.len();
     let solver = Solver {
         ctx,
@@ -104,21 +104,23 @@ pub(crate) fn solve(
         impacts: Rows::new(&mut s.impacts, apart),
         progress: Rows::new(&mut s.progress, apart),
     };
-    let solver_of =
-        |number: usize| Solver { ctx: contexts[plan.groups[number].fineness as usize], ..solver };
+    let solver_of = |number: usize| Solver {
+        ctx: contexts[plan.groups[number].subdivision as usize],
+        ..solver
+    };
     solver.solve_with_particles(tied, jobs);
     let groups = &tied.scratch.groups;
     for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
         solver_of(number).solve(number, jobs);
     }
-    for_each_in_room(jobs, plan.groups.len() - plan.shared, rooms, size, |room, number| {
+    for_each_in_buffer(jobs, plan.groups.len() - plan.shared, buffers, size, |buffer, number| {
         let number = plan.shared + number;
         if groups.binary_search(&number).is_err() {
             let range = plan.contacts.blocks_of(&plan.groups[number].contacts);
             let blocks = if range.end <= end {
                 solver.contact.blocks
             } else {
-                Blocks::new(&mut room[..range.len()], range.start, apart)
+                Blocks::new(&mut buffer[..range.len()], range.start, apart)
             };
             let contact = ContactRows { blocks, ..solver.contact };
             Solver { contact, ..solver_of(number) }.solve(number, &Jobs::Inline);

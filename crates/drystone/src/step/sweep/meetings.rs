@@ -165,8 +165,8 @@ impl Around<'_> {
             return;
         }
         let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.ways.bodies.at(shape.body));
-        let told = is_told(shape_a, body_a, body_b) || is_told(shape_b, body_b, body_a);
-        if told && !shape_a.sensor && !shape_b.sensor {
+        let reports = is_reported(shape_a, body_a, body_b) || is_reported(shape_b, body_b, body_a);
+        if reports && !shape_a.sensor && !shape_b.sensor {
             return;
         }
         let boxes = (self.swept(shape_a), self.swept(shape_b));
@@ -179,7 +179,7 @@ impl Around<'_> {
 
 /// True if rays decide where a body meets a static shape. The shape then has no edges that the ray
 /// could miss, and the body has no ends that reach far beyond the ball that the ray represents.
-fn is_told(shape: &ShapeRow, of: &Body, body: &Body) -> bool {
+fn is_reported(shape: &ShapeRow, of: &Body, body: &Body) -> bool {
     let is_fixed = of.kind == BodyKind::Static;
     is_fixed && shape.solid.is_surface() && body.inner > LONG * body.extent
 }

@@ -277,8 +277,8 @@ impl Scratch {
             let [[xx, _, _], [_, yy, _], [_, _, zz]] = lump.inertia;
             let reach = (0.5 * (xx + yy + zz) / lump.mass).sqrt();
             let size = |p: &Pair| p.x.length() * reach + p.t.length();
-            let (old, blow) = (Pair::of(old), Pair { x: lump.force, t: lump.torque });
-            size(&lack.plus(&old, -1.0)) <= ALIKE * (size(&old) + size(&blow))
+            let (old, impact) = (Pair::of(old), Pair { x: lump.force, t: lump.torque });
+            size(&lack.plus(&old, -1.0)) <= ALIKE * (size(&old) + size(&impact))
         };
         let now = || self.lack.iter().zip(&self.lumps);
         if is_known && is_light && now().zip(&glued.lack).all(alike) {

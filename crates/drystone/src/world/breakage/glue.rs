@@ -1,7 +1,7 @@
 //! Glued bodies: loads on their pieces, breaking bonds, and separation.
 
 use super::bonds::Lump;
-use super::{Blow, Scratch};
+use super::{Impact, Scratch};
 use crate::base::double::DVec3;
 use crate::base::id::ShapeId;
 use crate::base::math::{Vec3, bounded};
@@ -237,9 +237,9 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
         l.force = l.force + force;
         l.torque = l.torque + (at - l.center).cross(force) + local(turn);
     };
-    let first = scratch.blows.partition_point(|b| b.body < row);
-    for Blow { shape, arm, impulse, .. } in
-        scratch.blows[first..].iter().take_while(|b| b.body == row)
+    let first = scratch.impacts.partition_point(|b| b.body < row);
+    for Impact { shape, arm, impulse, .. } in
+        scratch.impacts[first..].iter().take_while(|b| b.body == row)
     {
         if let Some(piece) = glued.pieces.iter().position(|s| s == shape) {
             push(piece, *arm, *impulse, Vec3::ZERO);

@@ -18,7 +18,7 @@ pub(super) use self::glue::bonds_of;
 
 /// The impulse of one contact point on a breakable body, in one step.
 #[derive(Clone, Copy, Debug)]
-struct Blow {
+struct Impact {
     body: u32,
     /// Contact and point, the order of summation.
     contact: u32,
@@ -34,17 +34,17 @@ struct Blow {
 /// Memory that is reused in every step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    blows: Vec<Blow>,
+    impacts: Vec<Impact>,
     bodies: Vec<u32>,
     bonds: bonds::Scratch,
 }
 
 impl Scratch {
     /// The impulses on one body.
-    fn blows_of(&self, body: u32) -> &[Blow] {
-        let first = self.blows.partition_point(|b| b.body < body);
-        let end = self.blows.partition_point(|b| b.body <= body);
-        &self.blows[first..end]
+    fn impacts_of(&self, body: u32) -> &[Impact] {
+        let first = self.impacts.partition_point(|b| b.body < body);
+        let end = self.impacts.partition_point(|b| b.body <= body);
+        &self.impacts[first..end]
     }
 }
 
@@ -55,37 +55,37 @@ impl World {
             return;
         }
         let mut scratch = core::mem::take(&mut self.breaking);
-        self.gather_blows(&mut scratch.blows);
+        self.gather_impacts(&mut scratch.impacts);
         self.break_glue(&mut scratch, dt);
         self.fracture_bodies(&mut scratch);
         self.breaking = scratch;
     }
 
-    fn gather_blows(&self, blows: &mut Vec<Blow>) {
-        blows.clear();
+    fn gather_impacts(&self, impacts: &mut Vec<Impact>) {
+        impacts.clear();
         let (bodies, contacts) = (&self.tables.bodies, &self.tables.contacts);
         for g in self.scratch.given().filter(|g| g.asked) {
             // Contacts of bodies put aside in this step no longer exist.
             if let Some(contact) = contacts.get(g.contact) {
                 let pressed: f32 = g.points.iter().sum();
                 let rub = g.push - contact.normal * pressed;
-                add_blows(bodies, g.contact, contact, &g.points, rub, blows);
+                add_impacts(bodies, g.contact, contact, &g.points, rub, impacts);
             }
         }
         // The order of blocks depends on the number of workers.
-        blows.sort_unstable_by_key(|b| (b.body, b.contact, b.place));
+        impacts.sort_unstable_by_key(|b| (b.body, b.contact, b.place));
     }
 }
 
 /// Adds the impulses of a contact on each of its breakable bodies. Friction acts at the center of
 /// pressure.
-fn add_blows(
+fn add_impacts(
     bodies: &Bodies,
     row: u32,
     c: &Contact,
     points: &[f32; 4],
     rub: Vec3,
-    blows: &mut Vec<Blow>,
+    impacts: &mut Vec<Impact>,
 ) {
     let count = usize::from(c.count.min(4));
     let total = points[..count].iter().fold(0.0, |sum, p| sum + p);
@@ -101,7 +101,7 @@ fn add_blows(
             let on_b = c.normal * *pressed + rub * share;
             let (arm, impulse) = if side == 0 { (p.r_a, -on_b) } else { (c.r_b(p), on_b) };
             if impulse != Vec3::ZERO {
-                blows.push(Blow { body, contact: row, place, shape, other, arm, impulse });
+                impacts.push(Impact { body, contact: row, place, shape, other, arm, impulse });
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Blow, Scratch};
+use super::{Impact, Scratch};
 use crate::base::double::DVec3;
 use crate::base::id::BodyId;
 use crate::base::math::{Vec3, bounded};
@@ -76,12 +76,12 @@ impl World {
         let mut rows = core::mem::take(&mut scratch.bodies);
         rows.clear();
         let tables = &self.tables;
-        let hit = |row: &&u32| !scratch.blows_of(**row).is_empty();
+        let hit = |row: &&u32| !scratch.impacts_of(**row).is_empty();
         rows.extend(tables.breakage.fractures.keys().filter(hit));
         for row in &rows {
             let Some(how) = self.tables.breakage.fractures.get(row).copied() else { continue };
             let body = self.tables.bodies.at(*row);
-            let Some(found) = worst_blow(body, &how, scratch.blows_of(*row)) else { continue };
+            let Some(found) = worst_impact(body, &how, scratch.impacts_of(*row)) else { continue };
             let id = self.tables.bodies.id(*row);
             let Some(made) = self.shatter(*row, &how, found.point) else { continue };
             let events = &mut self.tables.events;
@@ -265,14 +265,14 @@ fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32)
 }
 
 /// The strongest impact by one other body, if it exceeds a limit.
-fn worst_blow(body: &Body, how: &Fracture, blows: &[Blow]) -> Option<Break> {
+fn worst_impact(body: &Body, how: &Fracture, impacts: &[Impact]) -> Option<Break> {
     let mut worst: Option<(f32, Break)> = None;
-    for (i, first) in blows.iter().enumerate() {
-        if blows[..i].iter().any(|b| b.other == first.other) {
+    for (i, first) in impacts.iter().enumerate() {
+        if impacts[..i].iter().any(|b| b.other == first.other) {
             continue;
         }
         let (mut impulse, mut arm, mut size) = (Vec3::ZERO, Vec3::ZERO, 0.0);
-        for b in blows[i..].iter().filter(|b| b.other == first.other) {
+        for b in impacts[i..].iter().filter(|b| b.other == first.other) {
             let length = b.impulse.length();
             impulse += b.impulse;
             arm += b.arm * length;

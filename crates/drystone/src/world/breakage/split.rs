@@ -100,7 +100,7 @@ impl World {
         }
         let body = self.tables.bodies.at_mut(row);
         (body.ties.shapes, body.inertia.source) = (kept.into(), source);
-        body.history.w_rest = Vec3::ZERO;
+        body.history.w_low = Vec3::ZERO;
         self.set_mass(row, &total);
         self.refresh_extent(row);
         self.refresh_bounds(row);

@@ -197,8 +197,10 @@ impl World {
                 joint.anchor_b -= shift;
             }
         }
-        for held in tables.particles.attachments.iter_mut().filter(|held| held.body == row) {
-            held.anchor -= shift;
+        for attachment in
+            tables.particles.attachments.iter_mut().filter(|attachment| attachment.body == row)
+        {
+            attachment.anchor -= shift;
         }
         let links: Vec<(u32, u32)> = tables.contacts.of_body(tables.bodies.at(row)).collect();
         for (contact, side) in links {

@@ -200,7 +200,7 @@ impl<'a, T: Clone> Pool<'a, T> {
 }
 
 /// Stored geometry as it is, and referenced geometry from `named`.
-fn held<T: Clone>(
+fn find_all<T: Clone>(
     saved: Vec<Saved<'_, T>>,
     named: impl Fn(GeometryKey) -> Option<Arc<T>>,
 ) -> Result<Vec<Arc<T>>, SnapshotError> {
@@ -233,15 +233,15 @@ impl<'a> SavedShapes<'a> {
 
     /// Restores the shapes of the rows.
     pub(crate) fn load(self, rows: &mut Shapes, library: &Library) -> Result<(), SnapshotError> {
-        let hulls = held(self.hulls, |key| match library.get(key) {
+        let hulls = find_all(self.hulls, |key| match library.get(key) {
             Some(Shape::Hull(hull)) => Some(Arc::clone(hull)),
             _ => None,
         })?;
-        let meshes = held(self.meshes, |key| match library.get(key) {
+        let meshes = find_all(self.meshes, |key| match library.get(key) {
             Some(Shape::Mesh(mesh)) => Some(Arc::clone(mesh)),
             _ => None,
         })?;
-        let unsound = |what| Err(SnapshotError::Unsound(what));
+        let unsound = |what| Err(SnapshotError::Invalid(what));
         if self.shapes.len() != rows.rows.len() {
             return unsound("shapes have not one row each");
         }

@@ -35,7 +35,7 @@ pub enum SnapshotError {
     /// They were truncated or changed after they were written.
     Damaged,
     /// They contain values that no world can have.
-    Unsound(&'static str),
+    Invalid(&'static str),
     /// They refer to a hull or mesh that the given library does not contain.
     MissingGeometry {
         /// Key of the hull or mesh.
@@ -51,7 +51,7 @@ impl core::fmt::Display for SnapshotError {
                 write!(f, "the snapshot must have version {read} (got {found})")
             }
             Self::Damaged => write!(f, "the snapshot was cut off or changed"),
-            Self::Unsound(what) => write!(f, "the snapshot is of no world: {what}"),
+            Self::Invalid(what) => write!(f, "the snapshot is of no world: {what}"),
             Self::MissingGeometry { key } => {
                 write!(f, "the snapshot names the hull or mesh {key}, which is not in the library")
             }
@@ -221,17 +221,17 @@ impl World {
 
     /// Decodes the world that follows the header.
     fn decode(bytes: &[u8], library: &Library) -> Result<Self, SnapshotError> {
-        let unread = |_| SnapshotError::Unsound("a list or a number is not what it should be");
+        let unread = |_| SnapshotError::Invalid("a list or a number is not what it should be");
         let (saved, rest) = postcard::take_from_bytes::<Saved<'_>>(bytes).map_err(unread)?;
         if !rest.is_empty() {
-            return Err(SnapshotError::Unsound("there is more than a world"));
+            return Err(SnapshotError::Invalid("there is more than a world"));
         }
         let Saved { tables, last_h, pending, shapes } = saved;
         let mut tables = tables.into_owned();
         shapes.load(&mut tables.shapes, library)?;
-        tables.check().map_err(SnapshotError::Unsound)?;
+        tables.check().map_err(SnapshotError::Invalid)?;
         if !(0.0..=10.0).contains(&last_h) {
-            return Err(SnapshotError::Unsound("its last step is out of range"));
+            return Err(SnapshotError::Invalid("its last step is out of range"));
         }
         Ok(Self { tables, last_h, pending: pending.into_owned(), ..Self::default() })
     }

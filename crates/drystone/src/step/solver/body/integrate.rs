@@ -11,7 +11,7 @@ use crate::base::quat::Quat;
 use crate::base::simd::wide::{LANES, Vec3w};
 use crate::base::sym3::Sym3;
 use crate::base::threads::disjoint::ReadRows;
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 use crate::step::context::StepContext;
 use crate::step::context::softness::decay;
 use crate::step::gyration::Spin;
@@ -203,13 +203,13 @@ pub(crate) fn unwhiten(
     body: &mut Body,
 ) {
     if let Some(end) = end {
-        (body.v, body.w, body.history.w_rest) = (end.v, end.w, end.w_rest);
+        (body.v, body.w, body.history.w_low) = (end.v, end.w, end.w_low);
         (body.center, body.rotation) = (end.center, end.rotation);
         return;
     }
     let end = BodyState::of(body).after(solver_body, whitening);
     (body.center, body.rotation) = (end.center, end.rotation);
-    (body.v, body.w, body.history.w_rest) = (end.v, end.w, Vec3::ZERO);
+    (body.v, body.w, body.history.w_low) = (end.v, end.w, Vec3::ZERO);
     if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > FAR_TURN * FAR_TURN {
         keep_turning_energy(body, factor, three(solver_body.w));
     }
@@ -242,12 +242,12 @@ pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, before: Vec3, body
     // with energy that it does not have.
     if (body.v - before).length() * ctx.dt > JOLT * body.extent {
         (body.history.inertia_factor, body.history.load) = (1.0, 0.0);
-        body.history.fineness = match squeeze.fineness {
-            Fineness::Struck => Fineness::Struck,
-            _ => Fineness::Whole,
+        body.history.subdivision = match squeeze.subdivision {
+            Subdivision::Struck => Subdivision::Struck,
+            _ => Subdivision::Whole,
         };
         return;
     }
-    (body.history.inertia_factor, body.history.fineness) = (squeeze.factor, squeeze.fineness);
+    (body.history.inertia_factor, body.history.subdivision) = (squeeze.factor, squeeze.subdivision);
     body.history.load = squeeze.pressure() * ctx.inv_h;
 }

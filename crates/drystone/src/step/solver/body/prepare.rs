@@ -60,8 +60,8 @@ impl Solver<'_> {
     ) -> bool {
         let (solver_body, whitening, aux, acc) =
             integrate::whiten(self.ctx, body, factor, start, gyration);
-        let fineness = self.ctx.fineness;
-        *self.body.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
+        let subdivision = self.ctx.subdivision;
+        *self.body.squeezes.row(i) = Squeeze { factor, subdivision, impulse: [0.0; 4] };
         (*self.body.solver_bodies.row(i), *self.body.whitening.row(i)) = (solver_body, whitening);
         (*self.body.aux.row(i), *self.body.acceleration.row(i)) = (aux, acc);
         aux.is_locked()

@@ -8,7 +8,7 @@ use super::state::BodyState;
 use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::threads::disjoint::{Apart, Rows};
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 use crate::step::solver::plan::Plan;
 use crate::step::solver_body::{SolverBody, Whitening};
 
@@ -42,7 +42,7 @@ impl Solved {
         grow::resize(&mut self.aux, n, Aux::default());
         grow::resize(&mut self.acceleration, n, Vec3::ZERO);
         grow::resize(&mut self.squeezes, n, Squeeze::default());
-        let in_rounds = plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
+        let in_rounds = plan.groups.iter().any(|group| group.subdivision == Subdivision::Tumbling);
         // Bodies on one ball joint have end states as well.
         let on_joints = !plan.joints.owners.is_empty();
         let states = in_rounds || on_joints || !plan.turning.solver_rows.is_empty();

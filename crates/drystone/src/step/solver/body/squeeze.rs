@@ -1,6 +1,6 @@
 //! Sums the load on a body over its contacts.
 
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 
 /// Load on a solver body.
 #[derive(Clone, Copy, Debug)]
@@ -8,7 +8,7 @@ pub(crate) struct Squeeze {
     /// Factor on its mass and inertia in this step.
     pub(crate) factor: f32,
     /// Refinement of its island.
-    pub(crate) fineness: Fineness,
+    pub(crate) subdivision: Subdivision,
     /// Normal impulses on it in the last substep: their vector sum, and the sum of their magnitudes
     /// [N s].
     pub(crate) impulse: [f32; 4],
@@ -16,7 +16,7 @@ pub(crate) struct Squeeze {
 
 impl Default for Squeeze {
     fn default() -> Self {
-        Self { factor: 1.0, fineness: Fineness::Whole, impulse: [0.0; 4] }
+        Self { factor: 1.0, subdivision: Subdivision::Whole, impulse: [0.0; 4] }
     }
 }
 

@@ -13,13 +13,13 @@ pub(crate) struct BodyState {
     pub(crate) v: Vec3,
     pub(crate) w: Vec3,
     /// Rounding error that free rotation removed from the angular velocity [rad/s, world].
-    pub(crate) w_rest: Vec3,
+    pub(crate) w_low: Vec3,
 }
 
 impl BodyState {
     pub(crate) fn of(body: &Body) -> Self {
         let Body { center, rotation, v, w, .. } = *body;
-        Self { center, rotation, v, w, w_rest: Vec3::ZERO }
+        Self { center, rotation, v, w, w_low: Vec3::ZERO }
     }
 
     /// State after a time [s] at constant velocities.
@@ -40,7 +40,7 @@ impl BodyState {
             rotation: self.rotation.turned_by(s.mul(three(solver_body.t))),
             v: unwhitened(self.v, solver_body, alpha),
             w: s.mul(three(solver_body.w)),
-            w_rest: Vec3::ZERO,
+            w_low: Vec3::ZERO,
         }
     }
 }

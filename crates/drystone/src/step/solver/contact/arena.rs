@@ -1,7 +1,7 @@
 //! Allocates the blocks of contacts.
 //!
 //! A group that one worker solves for the whole step needs its blocks only during that time. So all
-//! groups of a worker share one buffer (`rooms`), as large as the largest group needs. Many small
+//! groups of a worker share one buffer (`buffers`), as large as the largest group needs. Many small
 //! islands then take no more memory than one, and their blocks stay in the worker's cache. Blocks
 //! have a place of their own if several workers share them, if they run in step with particles, or
 //! if they are read after the step.
@@ -50,7 +50,7 @@ pub(crate) struct Arena<'a> {
     /// The first blocks of the plan.
     pub(crate) own: &'a mut [ContactBlock],
     /// One buffer for each worker, for the groups that it solves alone.
-    pub(crate) rooms: &'a mut [ContactBlock],
+    pub(crate) buffers: &'a mut [ContactBlock],
     /// Blocks in a buffer.
     pub(crate) size: usize,
 }
@@ -82,7 +82,7 @@ impl<'a> Arena<'a> {
             grow::make_room(blocks, more);
             blocks.resize_with(n, ContactBlock::default);
         }
-        let (own, rooms) = blocks.split_at_mut(own);
-        Self { own, rooms: &mut rooms[..size * workers], size }
+        let (own, buffers) = blocks.split_at_mut(own);
+        Self { own, buffers: &mut buffers[..size * workers], size }
     }
 }

@@ -59,7 +59,7 @@ impl Solver<'_> {
             softened: self.softened,
             shapes: self.shapes,
             parts: self.contact.parts,
-            blows: self.contact.has_impacts,
+            may_impact: self.contact.has_impacts,
             is_renewed: false,
             turning: self.contact.turning,
         }

@@ -34,7 +34,7 @@ pub(crate) struct ContactRows<'a> {
     /// Some contact has rows for rolling, surface velocity, restitution or the like.
     pub(crate) has_extras: bool,
     /// Some contact that does not bounce may get an impact: see
-    /// [`blows`](crate::step::narrowphase::turns::blows).
+    /// [`may_impact`](crate::step::narrowphase::turns::blows).
     pub(crate) has_impacts: bool,
     /// The two bodies of some contact rotate together: see
     /// [`corotates`](crate::step::narrowphase::turns::corotates).

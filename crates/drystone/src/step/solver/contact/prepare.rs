@@ -6,7 +6,7 @@ use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 use super::block::{ContactBlock, Extra, K};
 use super::parting;
 use super::raw::{Raw, Source};
-use super::surface::{blows, corotation, pack_extra};
+use super::surface::{corotation, may_impact, pack_extra};
 use crate::base::simd::wide::{
     LANES, Sym3w, Vec3w, Wide, above, bits, inverse_or_zero, load, max, min, select, splat, sqrt,
 };
@@ -70,8 +70,8 @@ pub(crate) fn build<S: Simd, const FIXED: bool>(
         2 => build_rows::<S, FIXED, 2>(simd, source, &raw, block),
         _ => build_rows::<S, FIXED, 4>(simd, source, &raw, block),
     };
-    if source.blows {
-        block.arrives = blows(source, &raw, owners);
+    if source.may_impact {
+        block.arrives = may_impact(source, &raw, owners);
     }
     if let Some(extra) = extra {
         *extra = Extra { kinetic: [1.0; LANES], ..Extra::default() };

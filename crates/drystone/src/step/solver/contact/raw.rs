@@ -55,7 +55,7 @@ pub(crate) struct Source<'a> {
     /// Some overlap may be corrected by displacement.
     pub(crate) parts: bool,
     /// Some contact that does not bounce may get an impact.
-    pub(crate) blows: bool,
+    pub(crate) may_impact: bool,
     /// Rows are rebuilt within the step. An overlap that becomes deep within it is corrected from
     /// the next step on.
     pub(crate) is_renewed: bool,

@@ -79,7 +79,7 @@ pub(crate) struct Moment {
     pub(crate) least: f32,
     pub(crate) push: f32,
     /// Minimum speed of an impact at a contact that does not bounce [m/s].
-    pub(crate) blow: f32,
+    pub(crate) impact_speed: f32,
     /// See [`STILL`].
     pub(crate) still: f32,
 }
@@ -225,7 +225,7 @@ impl Candidate {
                 |solver_row: u32| self.n.dot(*source.acceleration.read(solver_row as usize)).abs();
             let along = along(self.solver_rows[0]).max(along(self.solver_rows[1]));
             self.follows = (2.0 * along * moment.h).max(moment.still);
-            moment.blow.max(along * source.dt)
+            moment.impact_speed.max(along * source.dt)
         };
         self.least = least.max(moment.still);
     }

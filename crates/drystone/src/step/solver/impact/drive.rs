@@ -38,7 +38,7 @@ impl Solver<'_> {
             h: ctx.h,
             kicked,
             least: ctx.restitution_speed,
-            blow: narrowphase::turns::BLOW_SPEED * ctx.length,
+            impact_speed: narrowphase::turns::IMPACT_SPEED * ctx.length,
             still: STILL * ctx.length,
             push: ctx.push_speed,
         };

@@ -27,7 +27,7 @@ use crate::step::solver::lent::Solver;
 const OPEN: f32 = 1.0e-3;
 
 /// A body on one ball joint, and the body that holds it.
-struct Held<'a> {
+struct Pendulum<'a> {
     solver_row: usize,
     body: &'a Body,
     other: &'a Body,
@@ -49,8 +49,8 @@ impl Solver<'_> {
     /// Moves the body of a joint through the whole step, if it is a pendulum; true if it is one.
     /// No row acts on its solver body then, whose motion does not count: see [`Solver::put_end`].
     pub(crate) fn swing(&self, row: u32) -> bool {
-        let Some(Held { solver_row, body, r, other, at, sign }) =
-            self.joint(row).and_then(|joint| self.held(joint))
+        let Some(Pendulum { solver_row, body, r, other, at, sign }) =
+            self.joint(row).and_then(|joint| self.pendulum(joint))
         else {
             return false;
         };
@@ -72,7 +72,7 @@ impl Solver<'_> {
     }
 
     /// The body that a ball joint holds, if nothing else acts on it.
-    fn held(&self, joint: &Joint) -> Option<Held<'_>> {
+    fn pendulum(&self, joint: &Joint) -> Option<Pendulum<'_>> {
         let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
         let (solver_row, body, r, other, at, sign) = match (
             self.body.solver_row_of[body_a as usize],
@@ -86,7 +86,7 @@ impl Solver<'_> {
         };
         let (body, other) = (self.bodies.at(body), self.bodies.at(other));
         let is_pendulum = matches!(joint.link, Link::Ball) && !other.active() && is_free(body);
-        is_pendulum.then_some(Held { solver_row, body, r, other, at, sign })
+        is_pendulum.then_some(Pendulum { solver_row, body, r, other, at, sign })
     }
 }
 
@@ -125,7 +125,7 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     // through the inertia: the same rounding in every step would remove or add 1e-7 of the energy
     // each time.
     let arm = arm_of(body.rotation);
-    let mut w = DVec3::from(body.w) + DVec3::from(body.history.w_rest);
+    let mut w = DVec3::from(body.w) + DVec3::from(body.history.w_low);
     let off = DVec3::from(body.v) - w.cross(arm);
     w = w + answer(&spin, arm.cross(off) * f64::from(m));
     let start = w.cross(arm);
@@ -140,7 +140,7 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
         spin.rotation = turned.rotation;
         let arm = arm_of(spin.rotation);
         kick = answer(&spin, torque + arm.cross(force)) * half;
-        w = DVec3::from(turned.w) + DVec3::from(turned.w_rest) + kick;
+        w = DVec3::from(turned.w) + DVec3::from(turned.w_low) + kick;
     }
     let arm = arm_of(spin.rotation);
     w = w * f64::from(damping(ctx, body, w, arm));
@@ -151,8 +151,8 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     let center = (DVec3::from(pivot) + arm).single();
     let v = v.single();
     let single = w.single();
-    let w_rest = (w - DVec3::from(single)).single();
-    let state = BodyState { center, rotation: spin.rotation, v, w: single, w_rest };
+    let w_low = (w - DVec3::from(single)).single();
+    let state = BodyState { center, rotation: spin.rotation, v, w: single, w_low };
     Some(Swung { state, impulse })
 }
 

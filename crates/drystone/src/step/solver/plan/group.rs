@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::state::bodies::body::Fineness;
+use crate::state::bodies::body::Subdivision;
 
 /// Islands that are solved together.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +19,7 @@ pub(crate) struct Group {
     pub(crate) bins: Range<usize>,
     /// Range in [`Bins::solver_rows`].
     pub(crate) bin_rows: Range<usize>,
-    pub(crate) fineness: Fineness,
+    pub(crate) subdivision: Subdivision,
 }
 
 pub(crate) fn number(n: usize) -> u32 {

@@ -22,14 +22,14 @@ use self::forest::Forest;
 use self::group::{Group, number};
 use self::joint_class::{COUPLED, OFTEN, SIX, TREE, TURNING, class_of};
 use self::layout::{CLASS, GROUP, Layout, Sorter, last_row, row_key};
-use self::refine::{fineness_of, is_jointed, struck, take_back, tumbles, was_struck, whirls};
+use self::refine::{is_jointed, struck, subdivision_of, take_back, tumbles, was_struck, whirls};
 use self::survey::Survey;
 use self::turning::Turning;
 use crate::base::bit_set::BitSet;
 use crate::base::grow;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each, for_items, grain};
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
@@ -74,8 +74,8 @@ pub(crate) struct Plan {
     pub(super) bins: Bins,
     workers: usize,
     /// Refinement of each island, now and in the last step; missing entries are
-    /// [`Fineness::Whole`].
-    fineness: [Vec<Fineness>; 2],
+    /// [`Subdivision::Whole`].
+    subdivision: [Vec<Subdivision>; 2],
     /// [`Islands::dissolved`] in this step, and whether it has changed since the last one.
     dissolved: u64,
     regrouped: bool,
@@ -104,11 +104,11 @@ impl Plan {
     /// Discards the plan, so that the next step makes it from scratch.
     pub(super) fn forget(&mut self) {
         self.workers = 0;
-        self.fineness.iter_mut().for_each(Vec::clear);
+        self.subdivision.iter_mut().for_each(Vec::clear);
     }
 
     /// Chooses the islands that subdivide every substep.
-    pub(super) fn choose_fineness(
+    pub(super) fn choose_subdivision(
         &mut self,
         bodies: &Bodies,
         joints: &Joints,
@@ -121,29 +121,29 @@ impl Plan {
         self.survey.begin();
         self.regrouped = self.dissolved != islands.dissolved;
         self.dissolved = islands.dissolved;
-        self.fineness.swap(0, 1);
-        let chosen = &mut self.fineness[0];
+        self.subdivision.swap(0, 1);
+        let chosen = &mut self.subdivision[0];
         chosen.clear();
         let by_load = loaded.substeps > ctx.substeps && ctx.inertia.is_on();
         let by_joints = jointed.substeps > ctx.substeps && !joints.rows.is_empty();
         if !by_load && !by_joints {
             return;
         }
-        chosen.resize(islands.rows.len(), Fineness::Whole);
+        chosen.resize(islands.rows.len(), Subdivision::Whole);
         if by_load {
             let wants = |body: &Body| ctx.inertia.wants_refining(body);
             self.survey.make(bodies, wants, jobs);
             for body in self.survey.marked(bodies).filter(|body| wants(body)) {
-                chosen[body.sleep.island as usize] = Fineness::Loaded;
+                chosen[body.sleep.island as usize] = Subdivision::Loaded;
             }
         }
         if by_joints {
             for_items(jobs, chosen, grain(jobs, islands.rows.len(), 16), |first, chosen| {
                 for (island, chosen) in islands.rows[first..].iter().zip(chosen) {
                     if tumbles(island, bodies, joints, contacts, ctx.dt) {
-                        *chosen = Fineness::Tumbling;
+                        *chosen = Subdivision::Tumbling;
                     } else if whirls(island, bodies, joints, ctx.h) {
-                        *chosen = Fineness::Jointed;
+                        *chosen = Subdivision::Jointed;
                     }
                 }
             });
@@ -153,18 +153,18 @@ impl Plan {
                 else {
                     continue;
                 };
-                if *chosen != Fineness::Struck && is_jointed(island, bodies, joints) {
-                    *chosen = Fineness::Struck;
+                if *chosen != Subdivision::Struck && is_jointed(island, bodies, joints) {
+                    *chosen = Subdivision::Struck;
                 }
             }
         }
-        if chosen.iter().all(|fineness| *fineness == Fineness::Whole) {
+        if chosen.iter().all(|subdivision| *subdivision == Subdivision::Whole) {
             return;
         }
         // Particles run at the world's substeps, so islands that they drag are not subdivided.
         self.survey.make(bodies, |_| false, jobs);
         for body in self.survey.marked(bodies).filter(|body| body.record.dragged) {
-            chosen[body.sleep.island as usize] = Fineness::Whole;
+            chosen[body.sleep.island as usize] = Subdivision::Whole;
         }
     }
 
@@ -176,7 +176,7 @@ impl Plan {
         shapes: &Shapes,
         found: (&narrowphase::scratch::Scratch, f32),
     ) {
-        self.turning.choose(&self.fineness[0], bodies, contacts, shapes, found);
+        self.turning.choose(&self.subdivision[0], bodies, contacts, shapes, found);
     }
 
     /// Rescales stored impulses of islands that were hit and now continue with undivided substeps.
@@ -192,14 +192,14 @@ impl Plan {
         jobs: &Jobs<'_>,
     ) {
         // A new plan has no record of the last step, but a restored world had one.
-        if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
+        if self.workers > 0 && !self.subdivision[1].contains(&Subdivision::Struck) {
             return;
         }
         self.survey.make(bodies, |_| false, jobs);
-        let chosen = &self.fineness[0];
+        let chosen = &self.subdivision[0];
         let marked = self.survey.marked(bodies);
         let goes_on = |body: &&Body| {
-            was_struck(body) && fineness_of(body.sleep.island, chosen) == Fineness::Whole
+            was_struck(body) && subdivision_of(body.sleep.island, chosen) == Subdivision::Whole
         };
         self.whole_again.clear();
         self.whole_again.extend(marked.filter(goes_on).map(|body| body.sleep.island));
@@ -236,9 +236,10 @@ impl Plan {
             take_dirty([&mut colors.contacts, &mut colors.contacts_fixed]) || joints_changed;
         // Refinement is stored by island number. If an island split, its bodies may have another
         // number, or the same number may stand for other bodies.
-        let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
+        let is_whole =
+            self.subdivision[0].iter().all(|subdivision| *subdivision == Subdivision::Whole);
         let regrouped = self.regrouped && !is_whole;
-        let same = self.fineness[0] == self.fineness[1] && !regrouped;
+        let same = self.subdivision[0] == self.subdivision[1] && !regrouped;
         if !changed && same && self.workers == workers && !self.turning.changed {
             if self.regrouped {
                 self.bins.place(bodies, joints, &self.members, &mut self.groups);
@@ -378,7 +379,7 @@ impl Plan {
         self.group_of_row[solver_row as usize] as usize
     }
 
-    /// Assigns islands to groups. `parts`: parts of a substep for each [`Fineness`].
+    /// Assigns islands to groups. `parts`: parts of a substep for each [`Subdivision`].
     fn form_groups(&mut self, parts: [usize; 5]) {
         for share in self.islands.drain(..) {
             self.group_of[share.island as usize] = NONE;
@@ -406,7 +407,7 @@ impl Plan {
                 || (workers > 1 && ends > LEAST_SHARED && 2 * workers * ends > total)
         };
         let work_of = |share: &Share| {
-            share.ends * parts[fineness_of(share.island, &self.fineness[0]) as usize]
+            share.ends * parts[subdivision_of(share.island, &self.subdivision[0]) as usize]
         };
         let alone = self.islands.iter().filter(|share| !is_shared(share.ends));
         let all: usize = alone.map(work_of).sum();
@@ -429,10 +430,10 @@ impl Plan {
         // others finish.
         let (mut group, mut filled, mut begun) = (self.shared, 0, 0);
         let (mut left, mut most) = (all, most_of(all));
-        for of in Fineness::ALL.into_iter().rev() {
+        for of in Subdivision::ALL.into_iter().rev() {
             for share in &self.islands {
                 let ends = share.ends;
-                if is_shared(ends) || fineness_of(share.island, &self.fineness[0]) != of {
+                if is_shared(ends) || subdivision_of(share.island, &self.subdivision[0]) != of {
                     continue;
                 }
                 let work = work_of(share);
@@ -450,7 +451,7 @@ impl Plan {
         self.groups.resize_with(group, Group::default);
         for share in &self.islands {
             let group = &mut self.groups[self.group_of[share.island as usize] as usize];
-            group.fineness = fineness_of(share.island, &self.fineness[0]);
+            group.subdivision = subdivision_of(share.island, &self.subdivision[0]);
             group.solver_rows.end += share.solver_rows as usize;
         }
         let mut solver_row = 1;

@@ -6,7 +6,7 @@
 
 use crate::base::math::{Vec3, vec3};
 use crate::base::threads::disjoint::Rows;
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Place;
 use crate::state::contacts::{Contacts, Slots};
@@ -14,7 +14,7 @@ use crate::state::islands::Island;
 use crate::state::joints::{Joint, Joints, Link};
 
 /// Refinement of an island, from the list of choices.
-pub(crate) fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
+pub(crate) fn subdivision_of(island: u32, chosen: &[Subdivision]) -> Subdivision {
     chosen.get(island as usize).copied().unwrap_or_default()
 }
 
@@ -51,7 +51,7 @@ pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
         if !body.active() {
             return false;
         }
-        let limit = if body.history.fineness == Fineness::Jointed { LEAVE } else { ENTER };
+        let limit = if body.history.subdivision == Subdivision::Jointed { LEAVE } else { ENTER };
         for joint in body.ties.joints.iter().map(|joint| joints.at(*joint)) {
             let sides = [(joint.body_a, joint.anchor_a), (joint.body_b, joint.anchor_b)];
             let is_bent = |end: u32, arm: Vec3| {
@@ -79,7 +79,8 @@ pub(crate) fn tumbles(
     dt: f32,
 ) -> bool {
     let is_fast = |body: &Body| {
-        let limit = if body.history.fineness == Fineness::Tumbling { TUMBLES_ON } else { TUMBLES };
+        let limit =
+            if body.history.subdivision == Subdivision::Tumbling { TUMBLES_ON } else { TUMBLES };
         let limit = limit / (dt * dt);
         // For any mass distribution it is at most the square of the speed.
         body.w.length_squared() > limit && precession(body) > limit
@@ -158,7 +159,7 @@ pub(crate) fn struck(
 
 /// True if the body's island was hit in the last step.
 pub(crate) fn was_struck(body: &Body) -> bool {
-    body.active() && body.history.fineness == Fineness::Struck
+    body.active() && body.history.subdivision == Subdivision::Struck
 }
 
 /// Rescales the impulses of an island that was hit and now continues with undivided substeps.

@@ -1,10 +1,10 @@
 //! Chooses the bodies whose contacts are rebuilt within the step, and how often
 //! (`contact/renew.rs`).
 
-use super::refine::fineness_of;
+use super::refine::subdivision_of;
 use crate::base::bit_set::BitSet;
 use crate::state::bodies::Bodies;
-use crate::state::bodies::body::{Body, Fineness};
+use crate::state::bodies::body::{Body, Subdivision};
 use crate::state::contacts::Contacts;
 use crate::state::shapes::Shapes;
 use crate::step::narrowphase;
@@ -39,7 +39,7 @@ impl Turning {
     /// its size in a step keeps the rows that stop it.
     pub(crate) fn choose(
         &mut self,
-        fineness: &[Fineness],
+        subdivision: &[Subdivision],
         bodies: &Bodies,
         contacts: &Contacts,
         shapes: &Shapes,
@@ -57,7 +57,7 @@ impl Turning {
                 && !body.record.dragged
                 && body.inner < ROUND * body.extent
                 && body.v.length() * dt < body.extent
-                && fineness_of(body.sleep.island, fineness) != Fineness::Tumbling
+                && subdivision_of(body.sleep.island, subdivision) != Subdivision::Tumbling
         };
         let ends = |row: u32| [contacts.at(row).body_a, contacts.at(row).body_b];
         self.seamed.extend(found.ghosts().flat_map(ends));

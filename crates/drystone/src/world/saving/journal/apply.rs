@@ -46,7 +46,7 @@ impl World {
             }
             Call::SetConfig(config) => done(self.set_config((**config).clone())),
             Call::SetGravity(gravity) => {
-                done(self.told(FrameCall::SetGravity, |of| of.try_set_gravity(*gravity)))
+                done(self.attempt(FrameCall::SetGravity, |of| of.try_set_gravity(*gravity)))
             }
             Call::WakeAll => {
                 self.wake_all();
@@ -104,7 +104,7 @@ impl World {
             Call::RemoveLink(id) => Ok(found(self.remove_link(*id))),
             Call::SetLinkLength(id, length) => match self.link_mut(*id) {
                 Some(mut link) => {
-                    done(link.told(FrameCall::SetLinkLength, |of| of.try_set_length(*length)))
+                    done(link.attempt(FrameCall::SetLinkLength, |of| of.try_set_length(*length)))
                 }
                 None => Ok(Answer::Nothing),
             },
@@ -127,17 +127,17 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
         JointCall::SetFrames(a, b) => joint.set_frames(*a, *b)?,
         JointCall::SetKind(kind) => joint.set_kind(**kind)?,
         JointCall::SetLengths(min, max) => {
-            joint.told(FrameCall::SetLengths, |of| of.try_set_lengths(*min, *max))?;
+            joint.attempt(FrameCall::SetLengths, |of| of.try_set_lengths(*min, *max))?;
         }
         JointCall::SetSpring(spring) => joint.set_spring(*spring)?,
         JointCall::SetPulley(pulley) => joint.set_pulley(*pulley)?,
         JointCall::SetCoupling(ratio, offset) => joint.set_coupling(*ratio, *offset)?,
         JointCall::SetAxes(axes) => joint.set_axes(**axes)?,
         JointCall::Axis(None, AxisCall::SetMotor(speed, most)) => {
-            joint.told(FrameCall::SetMotor, |of| of.try_set_motor(*speed, *most))?;
+            joint.attempt(FrameCall::SetMotor, |of| of.try_set_motor(*speed, *most))?;
         }
         JointCall::Axis(None, AxisCall::SetServo(position, spring, most)) => {
-            joint.told(FrameCall::SetServo, |of| of.try_set_servo(*position, *spring, *most))?;
+            joint.attempt(FrameCall::SetServo, |of| of.try_set_servo(*position, *spring, *most))?;
         }
         JointCall::Axis(None, call) => call_axis(joint.only()?, call)?,
         JointCall::Axis(Some(axis), call) => match joint.axis(*axis) {
@@ -145,7 +145,7 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
             None => return Ok(Answer::Nothing),
         },
         JointCall::SetTargetRotation(rotation, spring, most) => joint
-            .told(FrameCall::SetTargetRotation, |of| {
+            .attempt(FrameCall::SetTargetRotation, |of| {
                 of.try_set_target_rotation(*rotation, *spring, *most)
             })?,
         JointCall::SetStrength(strength) => joint.set_strength(*strength)?,
@@ -165,10 +165,10 @@ fn call_axis(mut axis: AxisMut<'_, '_>, call: &AxisCall) -> Result<(), DefError>
         AxisCall::SetLimits(min, max) => axis.set_limits(min, max),
         AxisCall::SetDrive(drive) => axis.set_drive(drive),
         AxisCall::SetMotor(speed, most) => {
-            axis.told(FrameCall::SetMotor, |of| of.try_set_motor(speed, most))
+            axis.attempt(FrameCall::SetMotor, |of| of.try_set_motor(speed, most))
         }
         AxisCall::SetServo(position, spring, most) => {
-            axis.told(FrameCall::SetServo, |of| of.try_set_servo(position, spring, most))
+            axis.attempt(FrameCall::SetServo, |of| of.try_set_servo(position, spring, most))
         }
         AxisCall::SetFriction(friction) => axis.set_friction(friction),
     }
@@ -181,46 +181,46 @@ fn call_body(mut body: BodyMut<'_>, call: &BodyCall) -> Answered {
         BodyCall::SetKind(kind) => body.set_kind(kind)?,
         BodyCall::SetMass(mass) => body.set_mass(mass)?,
         BodyCall::SetEnabled(enabled) => body.set_enabled(enabled),
-        BodyCall::SetPose(pose) => body.told(FrameCall::SetPose, |of| of.try_set_pose(pose))?,
+        BodyCall::SetPose(pose) => body.attempt(FrameCall::SetPose, |of| of.try_set_pose(pose))?,
         BodyCall::SetLinearVelocity(v) => {
-            body.told(FrameCall::SetLinearVelocity, |of| of.try_set_linear_velocity(v))?;
+            body.attempt(FrameCall::SetLinearVelocity, |of| of.try_set_linear_velocity(v))?;
         }
         BodyCall::SetAngularVelocity(w) => {
-            body.told(FrameCall::SetAngularVelocity, |of| of.try_set_angular_velocity(w))?;
+            body.attempt(FrameCall::SetAngularVelocity, |of| of.try_set_angular_velocity(w))?;
         }
         BodyCall::CorrectState(pose, v, w) => return body.correct_state(pose, v, w).map(found),
         BodyCall::MoveTo(pose, time) => {
-            body.told(FrameCall::MoveTo, |of| of.try_move_to(pose, time))?;
+            body.attempt(FrameCall::MoveTo, |of| of.try_move_to(pose, time))?;
         }
         BodyCall::ApplyImpulse(p) => {
-            body.told(FrameCall::ApplyImpulse, |of| of.try_apply_impulse(p))?;
+            body.attempt(FrameCall::ApplyImpulse, |of| of.try_apply_impulse(p))?;
         }
         BodyCall::ApplyImpulseAt(p, at) => {
-            body.told(FrameCall::ApplyImpulseAt, |of| of.try_apply_impulse_at(p, at))?;
+            body.attempt(FrameCall::ApplyImpulseAt, |of| of.try_apply_impulse_at(p, at))?;
         }
         BodyCall::ApplyAngularImpulse(p) => {
-            body.told(FrameCall::ApplyAngularImpulse, |of| of.try_apply_angular_impulse(p))?;
+            body.attempt(FrameCall::ApplyAngularImpulse, |of| of.try_apply_angular_impulse(p))?;
         }
         BodyCall::AddStepForce(f) => {
-            body.told(FrameCall::AddStepForce, |of| of.try_add_step_force(f))?;
+            body.attempt(FrameCall::AddStepForce, |of| of.try_add_step_force(f))?;
         }
         BodyCall::AddStepForceAt(f, at) => {
-            body.told(FrameCall::AddStepForceAt, |of| of.try_add_step_force_at(f, at))?;
+            body.attempt(FrameCall::AddStepForceAt, |of| of.try_add_step_force_at(f, at))?;
         }
         BodyCall::AddStepTorque(t) => {
-            body.told(FrameCall::AddStepTorque, |of| of.try_add_step_torque(t))?;
+            body.attempt(FrameCall::AddStepTorque, |of| of.try_add_step_torque(t))?;
         }
         BodyCall::SetLastingForce(f) => {
-            body.told(FrameCall::SetLastingForce, |of| of.try_set_lasting_force(f))?;
+            body.attempt(FrameCall::SetLastingForce, |of| of.try_set_lasting_force(f))?;
         }
         BodyCall::SetLastingTorque(t) => {
-            body.told(FrameCall::SetLastingTorque, |of| of.try_set_lasting_torque(t))?;
+            body.attempt(FrameCall::SetLastingTorque, |of| of.try_set_lasting_torque(t))?;
         }
         BodyCall::SetGravityScale(scale) => {
-            body.told(FrameCall::SetGravityScale, |of| of.try_set_gravity_scale(scale))?;
+            body.attempt(FrameCall::SetGravityScale, |of| of.try_set_gravity_scale(scale))?;
         }
         BodyCall::SetDamping(linear, angular) => {
-            body.told(FrameCall::SetDamping, |of| of.try_set_damping(linear, angular))?;
+            body.attempt(FrameCall::SetDamping, |of| of.try_set_damping(linear, angular))?;
         }
         BodyCall::SetLocks(locks) => body.set_locks(locks),
         BodyCall::SetCanSleep(can_sleep) => body.set_can_sleep(can_sleep),
@@ -236,10 +236,10 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
     match call {
         ShapeCall::SetMaterial(material) => shape.set_material(*material)?,
         ShapeCall::SetSurfaceVelocity(v) => {
-            shape.told(FrameCall::SetSurfaceVelocity, |of| of.try_set_surface_velocity(*v))?;
+            shape.attempt(FrameCall::SetSurfaceVelocity, |of| of.try_set_surface_velocity(*v))?;
         }
         ShapeCall::SetSurfaceSpin(w) => {
-            shape.told(FrameCall::SetSurfaceSpin, |of| of.try_set_surface_spin(*w))?;
+            shape.attempt(FrameCall::SetSurfaceSpin, |of| of.try_set_surface_spin(*w))?;
         }
         ShapeCall::SetFilter(filter) => shape.set_filter(*filter),
         ShapeCall::SetSensor(sensor) => shape.set_sensor(*sensor)?,
@@ -259,13 +259,13 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
 fn call_particle(mut particle: ParticleMut<'_>, call: &ParticleCall) -> Answered {
     match *call {
         ParticleCall::SetPosition(x) => {
-            particle.told(FrameCall::SetParticlePosition, |of| of.try_set_position(x))?;
+            particle.attempt(FrameCall::SetParticlePosition, |of| of.try_set_position(x))?;
         }
         ParticleCall::SetVelocity(v) => {
-            particle.told(FrameCall::SetParticleVelocity, |of| of.try_set_velocity(v))?;
+            particle.attempt(FrameCall::SetParticleVelocity, |of| of.try_set_velocity(v))?;
         }
         ParticleCall::ApplyImpulse(p) => {
-            particle.told(FrameCall::ApplyParticleImpulse, |of| of.try_apply_impulse(p))?;
+            particle.attempt(FrameCall::ApplyParticleImpulse, |of| of.try_apply_impulse(p))?;
         }
         ParticleCall::SetMass(mass) => particle.set_mass(mass)?,
         ParticleCall::SetPinned(pinned) => particle.set_pinned(pinned),
