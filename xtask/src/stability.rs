@@ -93,7 +93,7 @@ pub fn run() -> Outcome {
         let with = measure(&binary, &target, scene, seconds, flags)?;
         // For the time of a step: a tenth of the run is enough, and the minimum of three
         // alternating runs.
-        let off = [flags, &["--set", "inertia.most=1"]].concat();
+        let off = [flags, &["--set", "inertia.max_factor=1"]].concat();
         let (mut same, mut without) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..3 {
             let time = |flags| measure(&binary, &target, scene, (seconds / 10).clamp(5, 20), flags);
@@ -130,7 +130,7 @@ const HEAD: &str = "# Stability
 What must stand, and what must fall. Default method, 60 Hz, its own substeps, one thread, sleep off. Written by `cargo xtask stability`.
 
 *Sag* and *drift*: how far the body that went farthest came down, and sideways [m]. *Overlap*: the deepest one at the end [mm]. The last columns: milliseconds
-a step over the first seconds, with load-adaptive inertia and with `inertia.most=1`, which has none (what falls without it has less to do).
+a step over the first seconds, with load-adaptive inertia and with `inertia.max_factor=1`, which has none (what falls without it has less to do).
 
 | scene | seconds | | sag | drift | overlap | ms | ms without |
 | --- | ---: | --- | ---: | ---: | ---: | ---: | ---: |

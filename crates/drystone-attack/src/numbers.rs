@@ -135,7 +135,7 @@ pub fn of_config(config: &mut WorldConfig, f: Visit<'_>) {
         &mut c.recycle_distance,
         &mut c.restitution_speed,
         &mut c.hit_speed,
-        &mut i.most,
+        &mut i.max_factor,
         &mut i.threshold,
         &mut j.hertz,
         &mut j.damping_ratio,

@@ -113,7 +113,7 @@ fn values(c: &WorldConfig) -> Vec<(&'static str, String)> {
         ("contact.recycle_distance", c.contact.recycle_distance.to_string()),
         ("contact.restitution_speed", c.contact.restitution_speed.to_string()),
         ("contact.hit_speed", c.contact.hit_speed.to_string()),
-        ("inertia.most", c.inertia.most.to_string()),
+        ("inertia.max_factor", c.inertia.max_factor.to_string()),
         ("inertia.threshold", c.inertia.threshold.to_string()),
         ("inertia.refine", c.inertia.refine.to_string()),
         ("joint.hertz", c.joint.hertz.to_string()),

@@ -28,8 +28,8 @@ pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
         });
         ui.end_row();
         numbers(ui, config);
-        ui.label("inertia.most").on_hover_text(OWN);
-        let most = &mut config.inertia.most;
+        ui.label("inertia.max_factor").on_hover_text(OWN);
+        let most = &mut config.inertia.max_factor;
         if ui.add(DragValue::new(most).range(0.0..=64.0).speed(0.1)).changed() && *most < 1.0 {
             // Between them is nothing: 0 is the method's own, 1 is off.
             *most = most.round();

@@ -49,7 +49,7 @@ impl Draw {
                 6 => config.contact.recycle_distance = r.pick(&[0.0, 0.01, 0.05, 0.5]),
                 7 => config.contact.restitution_speed = r.pick(&[0.0, 0.5, 2.0]),
                 8 => config.contact.hit_speed = r.pick(&[0.0, 0.1, 5.0]),
-                9 => config.inertia.most = r.pick(&[0.0, 1.0, 8.0, 64.0]),
+                9 => config.inertia.max_factor = r.pick(&[0.0, 1.0, 8.0, 64.0]),
                 10 => config.inertia.threshold = r.scale(1.0, 1000.0),
                 11 => config.inertia.refine = r.pick(&[1, 2, 4]),
                 12 => config.joint.hertz = r.pick(&[0.0, 5.0, 60.0, 500.0]),

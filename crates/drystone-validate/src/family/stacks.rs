@@ -375,7 +375,7 @@ fn overhang(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
 fn falling_columns(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     lab.own("a reference of 64 substeps")?;
     let mut set = lab.protocol.set.clone();
-    set.push(("inertia.most".to_owned(), "1".to_owned()));
+    set.push(("inertia.max_factor".to_owned(), "1".to_owned()));
     let fine = lab.with(Protocol { substeps: 64, set, ..lab.protocol.clone() });
     for lean in [0.15, 0.12, 0.105] {
         let (exact, found) = (fall_time(&fine, lean)?, fall_time(lab, lean)?);

@@ -3,7 +3,7 @@
 //! step of a world.
 
 /// Capacity that a list always keeps.
-const LEAST: usize = 512;
+const MIN: usize = 512;
 /// Number of observations between two decisions to free memory.
 const PERIOD: u32 = 64;
 
@@ -42,19 +42,19 @@ pub(crate) fn zeros(list: &mut Vec<u32>, len: usize) {
 /// Tracks the capacity needed by lists that each step fills anew.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slack {
-    most: usize,
+    maximum: usize,
     looks: u32,
 }
 
 impl Slack {
     /// Records the length of a list; once per period returns the capacity that is enough.
     pub(crate) fn look(&mut self, len: usize) -> Option<usize> {
-        self.most = self.most.max(len);
+        self.maximum = self.maximum.max(len);
         self.looks += 1;
         if self.looks < PERIOD {
             return None;
         }
-        let enough = LEAST.max(2 * self.most);
+        let enough = MIN.max(2 * self.maximum);
         *self = Self::default();
         Some(enough)
     }
@@ -62,7 +62,7 @@ impl Slack {
 
 #[cfg(test)]
 mod tests {
-    use super::{LEAST, PERIOD, Slack};
+    use super::{MIN, PERIOD, Slack};
 
     #[test]
     fn room_is_given_back_when_no_step_of_a_period_needed_it() {
@@ -79,6 +79,6 @@ mod tests {
         }
         assert_eq!(rooms[0], 100_000, "it was needed in this period");
         assert!(rooms[1..].iter().all(|r| (1400..2800).contains(r)), "{rooms:?}");
-        assert!((0..PERIOD).filter_map(|_| slack.look(3)).all(|enough| enough == LEAST));
+        assert!((0..PERIOD).filter_map(|_| slack.look(3)).all(|enough| enough == MIN));
     }
 }

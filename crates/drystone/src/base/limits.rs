@@ -13,9 +13,9 @@ pub struct Limit {
     /// Unit of the quantity.
     pub unit: &'static str,
     /// Minimum value; for signed numbers, the negative of the maximum.
-    pub least: f32,
+    pub minimum: f32,
     /// Maximum value.
-    pub most: f32,
+    pub maximum: f32,
     /// Whether 0 is allowed too, below the minimum.
     pub zero: bool,
     /// The range in words, for error messages.
@@ -26,19 +26,19 @@ impl Limit {
     const fn range(
         quantity: &'static str,
         unit: &'static str,
-        [least, most]: [f32; 2],
+        [minimum, maximum]: [f32; 2],
         allowed: &'static str,
     ) -> Self {
-        Self { quantity, unit, least, most, zero: false, allowed }
+        Self { quantity, unit, minimum, maximum, zero: false, allowed }
     }
 
     const fn signed(
         quantity: &'static str,
         unit: &'static str,
-        most: f32,
+        maximum: f32,
         allowed: &'static str,
     ) -> Self {
-        Self::range(quantity, unit, [-most, most], allowed)
+        Self::range(quantity, unit, [-maximum, maximum], allowed)
     }
 
     const fn or_zero(self) -> Self {
@@ -48,7 +48,7 @@ impl Limit {
     /// True if the value is within the range. NaN never is.
     #[must_use]
     pub fn admits(&self, value: f32) -> bool {
-        (self.least <= value && value <= self.most) || (self.zero && value == 0.0)
+        (self.minimum <= value && value <= self.maximum) || (self.zero && value == 0.0)
     }
 }
 
@@ -61,9 +61,11 @@ pub const POSITION: Limit = Limit::signed("position", "m", 1.0e7, "a position wi
 pub const LENGTH: Limit =
     Limit::range("length", "m", [1.0e-5, 1.0e7], "a length from 1e-5 to 1e7 m");
 /// Displacements of rays and casts, and the reach of queries.
-pub const WAY: Limit = Limit::signed("way of a query", "m", 1.0e9, "a displacement within ±1e9 m");
+pub const DISPLACEMENT: Limit =
+    Limit::signed("displacement of a query", "m", 1.0e9, "a displacement within ±1e9 m");
 /// Rotations of shape casts, as components of a rotation vector.
-pub const TURN: Limit = Limit::signed("turn of a cast", "rad", 100.0, "a rotation within ±100 rad");
+pub const TURN: Limit =
+    Limit::signed("rotation of a cast", "rad", 100.0, "a rotation within ±100 rad");
 /// Distances that a joint keeps between its anchors, and rest lengths of its spring.
 pub const DISTANCE: Limit =
     Limit::range("distance of a joint", "m", [0.0, 1.0e9], "a length from 0 to 1e9 m");
@@ -180,7 +182,7 @@ pub const ALL: &[Limit] = &[
     POSITION,
     LENGTH,
     DISTANCE,
-    WAY,
+    DISPLACEMENT,
     TURN,
     SPEED,
     POSITION_KEPT,
@@ -217,12 +219,16 @@ mod tests {
     #[test]
     fn bounds_are_inside_and_what_is_no_number_is_outside() {
         for limit in ALL {
-            assert!(limit.admits(limit.least) && limit.admits(limit.most), "{}", limit.quantity);
-            let beyond = f32::from_bits(limit.most.to_bits() + 1);
+            assert!(
+                limit.admits(limit.minimum) && limit.admits(limit.maximum),
+                "{}",
+                limit.quantity
+            );
+            let beyond = f32::from_bits(limit.maximum.to_bits() + 1);
             assert!(
                 !limit.admits(beyond) && !limit.admits(f32::NAN) && !limit.admits(f32::INFINITY)
             );
-            assert_eq!(limit.admits(0.0), limit.zero || limit.least <= 0.0, "{}", limit.quantity);
+            assert_eq!(limit.admits(0.0), limit.zero || limit.minimum <= 0.0, "{}", limit.quantity);
         }
     }
 
@@ -230,14 +236,14 @@ mod tests {
     #[test]
     fn products_of_what_is_allowed_are_normal_numbers() {
         for product in [
-            MASS.most * SPEED_KEPT.most * SPEED_KEPT.most,
-            1.0 / MASS.least,
-            1.0 / MASS.most,
-            1.0 / MOMENT.least,
-            1.0 / MOMENT.most,
-            POSITION_KEPT.most * POSITION_KEPT.most * POSITION_KEPT.most,
-            GRAVITY.most * GRAVITY_SCALE.most * TIME_STEP.most,
-            ACCELERATION.most * TIME_STEP.most,
+            MASS.maximum * SPEED_KEPT.maximum * SPEED_KEPT.maximum,
+            1.0 / MASS.minimum,
+            1.0 / MASS.maximum,
+            1.0 / MOMENT.minimum,
+            1.0 / MOMENT.maximum,
+            POSITION_KEPT.maximum * POSITION_KEPT.maximum * POSITION_KEPT.maximum,
+            GRAVITY.maximum * GRAVITY_SCALE.maximum * TIME_STEP.maximum,
+            ACCELERATION.maximum * TIME_STEP.maximum,
         ] {
             assert!(product.is_normal(), "{product}");
         }

@@ -106,11 +106,11 @@ impl Vec3 {
         vec3(bounded(self.x), bounded(self.y), bounded(self.z))
     }
 
-    /// True if all components are between `-most` and `most`; NaN never is.
+    /// True if all components are between `-maximum` and `maximum`; NaN never is.
     #[must_use]
     #[inline(always)]
-    pub(crate) fn is_below(self, most: f32) -> bool {
-        self.x.abs() < most && self.y.abs() < most && self.z.abs() < most
+    pub(crate) fn is_below(self, maximum: f32) -> bool {
+        self.x.abs() < maximum && self.y.abs() < maximum && self.z.abs() < maximum
     }
 
     /// Component-wise product.

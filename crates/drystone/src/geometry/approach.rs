@@ -104,13 +104,13 @@ pub(crate) struct Sliding {
     /// Direction off all of them: at least 1 along each normal. Zero if B touches nothing.
     pub(crate) off: Vec3,
     /// Maximum height by which flush surfaces may stand out, because positions are rounded [m].
-    pub(crate) least: f32,
+    pub(crate) minimum: f32,
 }
 
 impl Sliding {
     /// Shift of B off the surfaces [m]; `met` is the distance that counts as a hit [m].
     fn shift(&self, met: f32) -> Vec3 {
-        self.off * greater(CLEAR * met, self.least)
+        self.off * greater(CLEAR * met, self.minimum)
     }
 }
 

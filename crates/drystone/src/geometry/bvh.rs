@@ -64,9 +64,9 @@ impl Bvh {
         &self.nodes[node as usize].bounds
     }
 
-    /// Returns groups of at most `most` items that lie near each other: the largest subtrees of up
-    /// to `most` leaves. Items in a group are sorted by number.
-    pub(crate) fn groups(&self, most: usize) -> Vec<Vec<u32>> {
+    /// Returns groups of at most `maximum` items that lie near each other: the largest subtrees of up
+    /// to `maximum` leaves. Items in a group are sorted by number.
+    pub(crate) fn groups(&self, maximum: usize) -> Vec<Vec<u32>> {
         let mut groups = Vec::new();
         let mut stack: Vec<u32> = if self.root == NONE { Vec::new() } else { vec![self.root] };
         let mut below = Vec::new();
@@ -78,7 +78,7 @@ impl Bvh {
                 let node = &self.nodes[n as usize];
                 if node.left != NONE {
                     below.extend([node.right, node.left]);
-                } else if group.len() < most {
+                } else if group.len() < maximum {
                     group.push(node.right);
                 } else {
                     group.clear();

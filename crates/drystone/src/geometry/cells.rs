@@ -16,7 +16,7 @@ use crate::base::math::Vec3;
 const ON_PLANE: f64 = 1.0e-9;
 
 /// Maximum number of sites. The time for cells near each other grows as the square of their number.
-pub(crate) const MOST_SITES: usize = 1024;
+pub(crate) const MAX_SITES: usize = 1024;
 
 /// A piece of a hull.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ impl core::fmt::Display for CutError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Sites(n) => {
-                write!(f, "the number of sites must be from 1 to {MOST_SITES} (got {n})")
+                write!(f, "the number of sites must be from 1 to {MAX_SITES} (got {n})")
             }
             Self::Site(i) => write!(f, "site {i} is not finite or beyond 1e7 m"),
             Self::LeastVolume(v) => {
@@ -67,25 +67,25 @@ impl Hull {
     /// Cuts the hull into the Voronoi cells of `sites` [m, local]: each point belongs to its
     /// nearest site. The pieces share their faces, do not overlap and leave nothing over.
     ///
-    /// Sites may lie outside. A site is left out if its cell is empty, smaller than `least_volume`
+    /// Sites may lie outside. A site is left out if its cell is empty, smaller than `min_volume`
     /// [m³], or too thin for a hull, and so is a second site at the same position. Its cell then
     /// goes to its neighbors. The pieces are sorted by site; there is at least one.
     ///
     /// # Errors
     /// See [`CutError`].
-    pub fn cut(&self, sites: &[Vec3], least_volume: f64) -> Result<Vec<HullPiece>, CutError> {
-        if sites.is_empty() || sites.len() > MOST_SITES {
+    pub fn cut(&self, sites: &[Vec3], min_volume: f64) -> Result<Vec<HullPiece>, CutError> {
+        if sites.is_empty() || sites.len() > MAX_SITES {
             return Err(CutError::Sites(sites.len()));
         }
         let far = |p: &Vec3| !(p.abs().max_element() <= 1.0e7 && p.is_finite());
         if let Some(i) = sites.iter().position(far) {
             return Err(CutError::Site(i));
         }
-        if !(least_volume >= 0.0 && least_volume.is_finite()) {
-            return Err(CutError::LeastVolume(least_volume));
+        if !(min_volume >= 0.0 && min_volume.is_finite()) {
+            return Err(CutError::LeastVolume(min_volume));
         }
         let places: Vec<DVec3> = sites.iter().map(|p| DVec3::from(*p)).collect();
-        Cutter::new(Polyhedron::of(self), places).pieces(least_volume)
+        Cutter::new(Polyhedron::of(self), places).pieces(min_volume)
     }
 }
 
@@ -119,18 +119,18 @@ impl Cutter {
     }
 
     /// Returns the pieces; leaves out the sites whose pieces are too small or have no hull.
-    fn pieces(mut self, least_volume: f64) -> Result<Vec<HullPiece>, CutError> {
+    fn pieces(mut self, min_volume: f64) -> Result<Vec<HullPiece>, CutError> {
         loop {
             let mut smallest: Option<(f64, usize)> = None;
             for (site, cell) in self.cells.iter().enumerate() {
                 if let Some(cell) = cell
-                    && smallest.is_none_or(|(least, _)| cell.volume < least)
+                    && smallest.is_none_or(|(minimum, _)| cell.volume < minimum)
                 {
                     smallest = Some((cell.volume, site));
                 }
             }
             let refused = match smallest {
-                Some((volume, site)) if volume <= least_volume => (site, HullError::Flat(0.0)),
+                Some((volume, site)) if volume <= min_volume => (site, HullError::Flat(0.0)),
                 _ => match self.hulls() {
                     Ok(pieces) => return Ok(pieces),
                     Err(refused) => refused,
@@ -388,8 +388,8 @@ mod tests {
     }
 
     /// Checks that the pieces together have the volume, center and inertia of the hull.
-    fn is_a_partition(hull: &Hull, sites: &[Vec3], least: f64) -> usize {
-        let pieces = hull.cut(sites, least).unwrap();
+    fn is_a_partition(hull: &Hull, sites: &[Vec3], minimum: f64) -> usize {
+        let pieces = hull.cut(sites, minimum).unwrap();
         let whole = MassProperties::of_hull(hull, 1.0);
         let cells: f64 = pieces.iter().map(|p| p.volume).sum();
         let exact = Polyhedron::of(hull).volume().0;
@@ -407,7 +407,7 @@ mod tests {
         assert!((cells - exact).abs() < allowed, "{cells} {exact} {allowed}");
         let mut parts = Vec::new();
         for piece in &pieces {
-            assert!(piece.volume > least);
+            assert!(piece.volume > minimum);
             let mut own = MassProperties::of_hull(&piece.hull, 1.0);
             own.center += piece.center;
             parts.push((crate::base::pose::Pose::IDENTITY, own));

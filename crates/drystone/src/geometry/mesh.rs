@@ -126,7 +126,7 @@ impl Mesh {
             if !v.is_finite() {
                 return Err(MeshError::NotFinite(i));
             }
-            if v.abs().max_element() > limits::POSITION.most {
+            if v.abs().max_element() > limits::POSITION.maximum {
                 return Err(MeshError::TooLarge(i));
             }
         }

@@ -182,11 +182,11 @@ impl Plan {
     /// Distance of a point outside the area that the deepest points enclose [m].
     fn outside(&self, at: [f32; 2]) -> f32 {
         let points = &self.points[..self.level];
-        let mut least = f32::MAX;
+        let mut minimum = f32::MAX;
         for (i, p) in points.iter().enumerate() {
-            least = lesser(least, length(minus(at, *p)));
+            minimum = lesser(minimum, length(minus(at, *p)));
             for (j, q) in points.iter().enumerate().skip(i + 1) {
-                least = lesser(least, to_segment(at, *p, *q));
+                minimum = lesser(minimum, to_segment(at, *p, *q));
                 for r in points.iter().skip(j + 1) {
                     if is_in(at, [*p, *q, *r]) {
                         return 0.0;
@@ -194,7 +194,7 @@ impl Plan {
                 }
             }
         }
-        least
+        minimum
     }
 }
 

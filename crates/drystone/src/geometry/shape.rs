@@ -89,7 +89,7 @@ fn positive(field: &'static str, value: f32) -> Result<(), ShapeError> {
 }
 
 fn not_negative(field: &'static str, value: f32) -> Result<(), ShapeError> {
-    if (0.0..=limits::LENGTH.most).contains(&value) {
+    if (0.0..=limits::LENGTH.maximum).contains(&value) {
         Ok(())
     } else {
         Err(ShapeError { field, value, allowed: "a length from 0 to 1e7 m" })

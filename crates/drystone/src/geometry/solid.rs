@@ -118,7 +118,7 @@ impl Solid {
     }
 
     /// The lower end of [`Self::aabb`] along x [m].
-    pub(crate) fn least_x(&self, pose: &Pose) -> f32 {
+    pub(crate) fn min_x(&self, pose: &Pose) -> f32 {
         match &self.core {
             Core::Hull(hull) if hull.cuboid.is_none() => {
                 let row = pose.rotation.to_mat3().transpose().x;

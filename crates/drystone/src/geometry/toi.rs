@@ -227,7 +227,7 @@ impl<'a> Pair<'a> {
     }
 
     /// Maximum relative displacement of points of both, on a part of the motion [m].
-    fn most(&self, [at, end]: [f32; 2]) -> f32 {
+    fn max_displacement(&self, [at, end]: [f32; 2]) -> f32 {
         let (moves, turns) = self.speeds([at, end]);
         (moves.length() + turns) * (end - at)
     }
@@ -244,9 +244,9 @@ impl<'a> Pair<'a> {
     }
 
     /// Returns true if the motion is so small that solids apart at the start overlap at the end no
-    /// more than contacts can handle, and no more than `least` [m].
-    pub(crate) fn hardly_moves(&self, least: f32) -> bool {
-        self.most([0.0, 1.0]) <= lesser(SHALLOW * self.half(), least)
+    /// more than contacts can handle, and no more than `minimum` [m].
+    pub(crate) fn hardly_moves(&self, minimum: f32) -> bool {
+        self.max_displacement([0.0, 1.0]) <= lesser(SHALLOW * self.half(), minimum)
     }
 
     /// Returns false if they pass each other at a distance.
@@ -257,10 +257,10 @@ impl<'a> Pair<'a> {
         let ([a, a_end], [b, b_end]) = (self.a.middles(), self.b.middles());
         let (apart, way) = (b - a, (b_end - b) - (a_end - a));
         let nearest = -apart.dot(way) / greater(way.dot(way), f32::MIN_POSITIVE);
-        let least = (apart + way * nearest.clamp(0.0, 1.0)).length();
+        let minimum = (apart + way * nearest.clamp(0.0, 1.0)).length();
         // A middle that is off the center of mass leaves its straight path by at most an eighth of
         // its bend.
-        least <= self.a.size + self.b.size + 0.125 * (self.a.bend + self.b.bend)
+        minimum <= self.a.size + self.b.size + 0.125 * (self.a.bend + self.b.bend)
     }
 
     /// Computes the outcome of the step.
@@ -288,9 +288,9 @@ impl<'a> Pair<'a> {
     }
 
     fn course_between(&self, [start, end]: [f32; 2]) -> Course {
-        let most = self.most([start, end]);
+        let maximum = self.max_displacement([start, end]);
         let near = greater(APART * self.half(), self.rounding);
-        let Some(mut seen) = self.look(start, most + 2.0 * near) else { return Course::Clear };
+        let Some(mut seen) = self.look(start, maximum + 2.0 * near) else { return Course::Clear };
         if seen.distance <= 0.0 {
             return Course::Overlap;
         }
@@ -321,9 +321,9 @@ impl<'a> Pair<'a> {
     /// are too near give no normal. If the two only touch, at the start or the end, the test is
     /// therefore whether they overlap a moment later or earlier.
     pub(crate) fn enters(&self) -> bool {
-        let most = self.most([0.0, 1.0]);
-        let Some(mut seen) = self.look(0.0, most + self.rounding) else { return false };
-        let moment = lesser(4.0 * self.rounding / most, 0.5);
+        let maximum = self.max_displacement([0.0, 1.0]);
+        let Some(mut seen) = self.look(0.0, maximum + self.rounding) else { return false };
+        let moment = lesser(4.0 * self.rounding / maximum, 0.5);
         if seen.distance <= self.rounding {
             return self.is_inside(moment);
         }

@@ -84,7 +84,7 @@ impl Motion {
     }
 
     pub(super) fn validate(&self) -> Result<(), DefError> {
-        all_within("delta", self.delta, &limits::WAY)?;
+        all_within("delta", self.delta, &limits::DISPLACEMENT)?;
         all_within("turn", self.turn, &limits::TURN)
     }
 }
@@ -124,7 +124,7 @@ fn checked(
 }
 
 /// Minimum number of casts for one more thread: fewer are not worth it.
-const LEAST_CASTS: usize = 4;
+const MIN_CASTS: usize = 4;
 
 impl Query<'_> {
     /// Returns the first shape that a convex shape hits when it starts at `pose` [m, world] and
@@ -233,7 +233,7 @@ impl Query<'_> {
         hits.clear();
         hits.resize(casts.len(), None);
         self.with_jobs(|jobs| {
-            for_items(jobs, hits, grain(jobs, casts.len(), LEAST_CASTS), |first, hits| {
+            for_items(jobs, hits, grain(jobs, casts.len(), MIN_CASTS), |first, hits| {
                 for (cast, hit) in casts[first..].iter().zip(hits) {
                     *hit = self.closest_meeting(&solid, cast, &filter);
                 }

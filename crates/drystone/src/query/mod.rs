@@ -134,7 +134,7 @@ impl<'w> Query<'w> {
         if normals.iter().any(|normal| normal.dot(off) < 0.5) {
             return (Sliding::default(), delta);
         }
-        (Sliding { off, least: 2.0 * slack }, way)
+        (Sliding { off, minimum: 2.0 * slack }, way)
     }
 
     /// Runs `work` with the threads of the world's executor. A panic of the executor resumes after

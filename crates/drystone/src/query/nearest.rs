@@ -69,7 +69,7 @@ impl Query<'_> {
         // distance is therefore at least the minimum length of a shape, which limits the loop to 24
         // rounds.
         let size = around.half_extents().max_element();
-        let mut look = reach.min(greater(size, limits::LENGTH.least));
+        let mut look = reach.min(greater(size, limits::LENGTH.minimum));
         let best = loop {
             let best = self.nearest_within(&solid, &pose, &around, look, &filter);
             if best.is_some() || look >= reach {
@@ -152,5 +152,5 @@ impl Query<'_> {
 
 pub(super) fn valid_reach(reach: f32) -> Result<(), DefError> {
     at_least_zero("reach", reach)?;
-    within("reach", reach, &limits::WAY)
+    within("reach", reach, &limits::DISPLACEMENT)
 }

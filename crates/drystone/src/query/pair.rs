@@ -186,10 +186,11 @@ impl Shape {
     /// # Errors
     /// A shape or a pose is invalid, or none of the shapes is convex.
     pub fn distance(&self, pose: Pose, other: &Self, other_pose: Pose) -> Result<f32, DefError> {
-        let found = Pair::new(self, &pose, other, &other_pose)?.closest(limits::WAY.most);
+        let found =
+            Pair::new(self, &pose, other, &other_pose)?.closest(limits::DISPLACEMENT.maximum);
         // Positions are bounded, so no valid shapes are farther apart than the maximum
         // displacement.
-        Ok(found.map_or(limits::WAY.most, |near| near.distance))
+        Ok(found.map_or(limits::DISPLACEMENT.maximum, |near| near.distance))
     }
 
     /// Returns whether this shape at `pose` overlaps or touches `other` at `other_pose`.

@@ -51,13 +51,13 @@ impl RayQuery {
     }
 
     pub(super) fn validate(&self) -> Result<(), DefError> {
-        all_within("origin", self.origin, &limits::WAY)?;
-        all_within("delta", self.delta, &limits::WAY)
+        all_within("origin", self.origin, &limits::DISPLACEMENT)?;
+        all_within("delta", self.delta, &limits::DISPLACEMENT)
     }
 }
 
 /// Minimum number of rays for one more thread: fewer are not worth it.
-const LEAST_RAYS: usize = 32;
+const MIN_RAYS: usize = 32;
 
 /// A hit on the shape of a row.
 #[derive(Clone, Copy)]
@@ -231,7 +231,7 @@ impl Query<'_> {
         hits.clear();
         hits.resize(rays.len(), None);
         self.with_jobs(|jobs| {
-            for_items(jobs, hits, grain(jobs, rays.len(), LEAST_RAYS), |first, hits| {
+            for_items(jobs, hits, grain(jobs, rays.len(), MIN_RAYS), |first, hits| {
                 for (ray, hit) in rays[first..].iter().zip(hits) {
                     *hit = self.closest_hit(ray, &filter);
                 }
@@ -263,7 +263,7 @@ impl Query<'_> {
     ) {
         let point = Solid { core: Core::Point, radius: 0.0 };
         let (sliding, delta) = self.sliding(&point, &Pose::at(ray.origin), ray.delta, filter);
-        let origin = ray.origin + sliding.off * sliding.least;
+        let origin = ray.origin + sliding.off * sliding.minimum;
         let way = RayQuery { origin, delta };
         let slack = ROUNDING * greater(origin.abs().max_element(), delta.abs().max_element());
         let mut limit = 1.0;

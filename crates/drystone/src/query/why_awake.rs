@@ -170,7 +170,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
     let mut culprit: Option<(usize, f32)> = None;
     for (place, (other, _)) in found.iter().enumerate() {
         let left = time_left(tables, *other);
-        if left > 0.0 && culprit.is_none_or(|(_, most)| left > most) {
+        if left > 0.0 && culprit.is_none_or(|(_, maximum)| left > maximum) {
             culprit = Some((place, left));
         }
     }

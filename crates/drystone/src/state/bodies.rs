@@ -49,7 +49,7 @@ impl Track {
     const UNIT: f32 = 1.0 / 1_048_576.0;
     /// Maximum displacement at once and maximum gap: 256 m, times the world's length. The sum of
     /// two path lengths, the speculative distances and a margin stays below half of the range.
-    const MOST: u32 = 1 << 28;
+    const MAX: u32 = 1 << 28;
 
     /// True for a static body, or one that has not yet moved.
     pub(crate) const fn is_static(self) -> bool {
@@ -62,13 +62,13 @@ impl Track {
     pub(crate) fn at_least(distance: f32) -> u32 {
         let units = distance / Self::UNIT;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
-        if units < 0.99 * Self::MOST as f32 { units.max(0.0) as u32 + 1 } else { Self::MOST }
+        if units < 0.99 * Self::MAX as f32 { units.max(0.0) as u32 + 1 } else { Self::MAX }
     }
 
     /// A distance in units, rounded down, for gaps.
     #[inline]
     pub(crate) fn at_most(distance: f32) -> u32 {
-        let units = (distance / Self::UNIT).clamp(0.0, 0.99 * Self::MOST as f32);
+        let units = (distance / Self::UNIT).clamp(0.0, 0.99 * Self::MAX as f32);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         let units = units as u32;
         units

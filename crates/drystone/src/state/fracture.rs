@@ -8,7 +8,7 @@ use super::def::check::{above_zero, within};
 use crate::base::double::DVec3;
 use crate::base::limits;
 use crate::base::random::Random;
-use crate::geometry::cells::MOST_SITES;
+use crate::geometry::cells::MAX_SITES;
 
 /// Settings with which a body of one convex shape breaks into pieces when it is hit. It breaks at
 /// the end of a step in which an impact exceeds one of the limits. The body is removed, its pieces
@@ -99,13 +99,13 @@ impl Fracture {
             }
             Err(DefError::new(name, value, &format!("a number from {low} to {high}")))
         };
-        whole("pieces", self.pieces, 2, u32::try_from(MOST_SITES).unwrap_or(u32::MAX))?;
+        whole("pieces", self.pieces, 2, u32::try_from(MAX_SITES).unwrap_or(u32::MAX))?;
         whole("focus", self.focus, 0, 8)?;
         whole("generations", self.generations, 1, 16)
     }
 
     /// Minimum volume of a piece [m³].
-    pub(crate) fn least_volume(&self) -> f64 {
+    pub(crate) fn min_volume(&self) -> f64 {
         let size = f64::from(self.min_size);
         size * size * size
     }

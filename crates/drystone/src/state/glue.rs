@@ -54,7 +54,7 @@ pub struct Glue {
 
 /// Maximum number of pieces of a glued body. The stress in its bonds is solved for in steps in
 /// which its load changes.
-const MOST_PIECES: usize = 4096;
+const MAX_PIECES: usize = 4096;
 
 impl Glue {
     /// Creates a bond on each face that two of these shapes share. The shapes must be boxes or
@@ -86,9 +86,9 @@ impl Glue {
                 if a.radius > 0.0 || b.radius > 0.0 || !near.overlaps(&b.aabb(to)) {
                     continue;
                 }
-                let least = 1.0e-3 * face_area(a).min(face_area(b));
+                let minimum = 1.0e-3 * face_area(a).min(face_area(b));
                 if let Some(face) = flush((hull_a, at), (hull_b, to), gap)
-                    && face.area > least
+                    && face.area > minimum
                 {
                     bonds.push(Bond {
                         shapes: [*i, *j],
@@ -109,7 +109,7 @@ impl Glue {
     /// The first field that is out of range; a shape without a bond; shapes that are not all
     /// connected.
     pub fn validate(&self, shapes: &[ShapeDef]) -> Result<(), DefError> {
-        if shapes.len() > MOST_PIECES {
+        if shapes.len() > MAX_PIECES {
             return Err(DefError::new("shapes", shapes.len(), "at most 4096 in number"));
         }
         let mut part: Vec<usize> = (0..shapes.len()).collect();

@@ -19,7 +19,7 @@ pub(crate) const NO_SWING: f32 = 0.5e-6;
 
 /// Minimum squared half-length of the sum of the two x axes. Opposite axes have no twist, and near
 /// that it changes arbitrarily fast.
-pub(crate) const LEAST_TWIST: f32 = 0.2;
+pub(crate) const MIN_TWIST: f32 = 0.2;
 
 /// A joint of six axes.
 #[derive(Clone, Debug)]
@@ -320,7 +320,7 @@ impl SixDof {
                 let (twist, size) = (2.0 * atan2(q.x, q.w), 2.0 * atan2(sine, r));
                 let middle = a[0] + b[0];
                 let close = 0.5 * middle.length_squared();
-                let row = middle * (1.0 / close.max(LEAST_TWIST));
+                let row = middle * (1.0 / close.max(MIN_TWIST));
                 let [y, z] = if sine > NO_SWING { [y / sine, z / sine] } else { [1.0, 0.0] };
                 if self.cone.is_none() {
                     let angles = [twist, y * size, z * size];

@@ -54,7 +54,7 @@ fn is_direction(n: Vec3) -> bool {
 
 /// True for a position that a step keeps. Shapes and anchors are nearer.
 fn is_place(x: Vec3) -> bool {
-    x.is_finite() && x.abs().max_element() <= limits::POSITION_KEPT.most
+    x.is_finite() && x.abs().max_element() <= limits::POSITION_KEPT.maximum
 }
 
 fn is_pose(pose: &Pose) -> bool {
@@ -161,8 +161,8 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let (v, w) = (b.v.abs().max_element(), b.w.abs().max_element());
         // A body whose center of mass changes while it rotates may be faster than the limit that a
         // step keeps.
-        let kept = limits::SPEED_KEPT.most;
-        let slow = v <= kept * limits::POSITION.most && w <= kept;
+        let kept = limits::SPEED_KEPT.maximum;
+        let slow = v <= kept * limits::POSITION.maximum && w <= kept;
         let moved = [b.v, b.w, b.history.w_low];
         let finite = slow && moved.iter().chain(&pushed).all(|v| v.is_finite());
         holds(

@@ -253,9 +253,9 @@ impl Finder<'_> {
         if !(again(a) || again(b)) || !a.is_dynamic() || !b.is_dynamic() {
             return false;
         }
-        let most = a.extent + b.extent + speculative_margin(self.ctx, a, b, bounces);
+        let maximum = a.extent + b.extent + speculative_margin(self.ctx, a, b, bounces);
         // The factor covers rounding, and the remainder by which a shape may exceed its extent.
-        (b.center - a.center).length() > 1.001 * most
+        (b.center - a.center).length() > 1.001 * maximum
     }
 }
 

@@ -71,7 +71,7 @@ pub(crate) struct StepContext {
     pub(crate) deep: f32,
     pub(crate) parted: [f32; 2],
     /// Maximum speed that warm starting a contact gives its bodies [m/s].
-    pub(crate) warm_most: f32,
+    pub(crate) warm_max: f32,
     /// Configured frequency of contacts [Hz]; 0: as stiff as the substeps allow.
     pub(crate) contact_hertz: f32,
     /// Contacts yield under a load; false for the classic methods.
@@ -117,10 +117,10 @@ const PART_SPEED: f32 = 0.25;
 const PARTED_SPEED: f32 = PART_SPEED / 16.0;
 
 /// Maximum warm start of a contact, in weights of its bodies; gravity counts as at least
-/// [`LEAST_WEIGHT`] [m/s²].
+/// [`MIN_WEIGHT`] [m/s²].
 const WARM_WEIGHTS: f32 = 1000.0;
 
-const LEAST_WEIGHT: f32 = 9.81;
+const MIN_WEIGHT: f32 = 9.81;
 
 impl StepContext {
     pub(crate) fn new(config: &WorldConfig, dt: f32, last_h: f32, level: Level) -> Self {
@@ -181,7 +181,7 @@ impl StepContext {
     }
 
     /// Maximum depth of a settled contact of these bodies under its load [m].
-    pub(crate) fn most_give(&self, [a, b]: [&Body; 2]) -> f32 {
+    pub(crate) fn max_give(&self, [a, b]: [&Body; 2]) -> f32 {
         let thick = |body: &Body| if body.is_dynamic() { body.inner } else { f32::MAX };
         GIVES * thick(a).min(thick(b))
     }
@@ -226,8 +226,8 @@ impl StepContext {
         let c = &config.contact_lengths();
         let [soft, soft_fixed] = contact_springs(config, inv_h, h);
         let [swept, direct] = [SWEPT, DIRECT].map(|part| joint_hertz(config, part, inv_h));
-        let most = config.inertia.most;
-        let most = if most > 0.0 { most } else { config.method.inertia() };
+        let maximum = config.inertia.max_factor;
+        let maximum = if maximum > 0.0 { maximum } else { config.method.inertia() };
         Self {
             dt,
             h,
@@ -246,15 +246,15 @@ impl StepContext {
             push_speed: c.push_speed,
             deep: PART_SPEED * config.length_scale / soft.rate,
             parted: [soft, soft_fixed].map(|soft| PARTED_SPEED * config.length_scale / soft.rate),
-            warm_most: WARM_WEIGHTS
-                * config.gravity.length().max(LEAST_WEIGHT * config.length_scale)
+            warm_max: WARM_WEIGHTS
+                * config.gravity.length().max(MIN_WEIGHT * config.length_scale)
                 * h,
             contact_hertz: c.hertz,
             is_soft: !config.method.is_classic(),
             soft,
             soft_fixed,
             inertia: LoadInertia {
-                most,
+                maximum,
                 in_parts: config.inertia.refine > 1,
                 threshold: config.inertia_threshold(),
                 length: config.length_scale,

@@ -88,8 +88,8 @@ pub(crate) fn advance_poses(
     // Bodies with many shapes are more work, so a chunk has fewer of them.
     let each = table.len() / rows.len().max(1);
     let (bodies, table) = (Rows::new(rows, apart), Rows::new(table, apart));
-    let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 8));
-    collect_ranges(jobs, awake.len(), least, found, |range, out| {
+    let minimum = grain(jobs, awake.len(), FLOCK / each.clamp(1, 8));
+    collect_ranges(jobs, awake.len(), minimum, found, |range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
             let before = advance(ctx, flock, &bodies, solved);
@@ -106,7 +106,7 @@ pub(crate) fn advance_poses(
                 let parting = solved.parting(body.is_dynamic(), *row);
                 rate_stillness(ctx, sleep, (by_energy, parting), body, known);
                 still |= body.can_sleep && body.sleep.still_time >= sleep.time;
-                let moved = most_moved(body, center, rotation);
+                let moved = max_moved(body, center, rotation);
                 body.room -= moved;
                 let way = &mut tracks.row(*row as usize).way;
                 *way = way.wrapping_add(Track::at_least(moved * ctx.per_track));
@@ -161,7 +161,7 @@ fn goes_far(body: &Body, center: Vec3, moved: f32) -> bool {
 const ROUND: f32 = 1.8;
 
 /// Upper bound on the displacement of any point of the body in this step [m].
-pub(super) fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
+pub(super) fn max_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     let (q, p) = (body.rotation, rotation);
     let d = [q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w];
     let chord = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt();
@@ -284,7 +284,7 @@ fn arrive(
     body.forces.step_torque = Vec3::ZERO;
     // Beyond these limits no box, distance or product is meaningful in f32, so such values count as
     // infinite. All comparisons are false for NaN.
-    let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
+    let (far, fast) = (limits::POSITION_KEPT.maximum, limits::SPEED_KEPT.maximum);
     let is_kept = body.center.is_below(far) && body.v.is_below(fast) && body.w.is_below(fast);
     if !(is_kept && body.rotation.is_finite()) {
         (body.center, body.rotation) = (center, rotation);

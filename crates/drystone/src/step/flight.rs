@@ -133,7 +133,8 @@ mod tests {
         let mut world = World::default();
         let mut random = Random::new(7);
         #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
-        let mut between = |least: f32, most: f32| least + (most - least) * random.unit() as f32;
+        let mut between =
+            |minimum: f32, maximum: f32| minimum + (maximum - minimum) * random.unit() as f32;
         for i in 0..61_u8 {
             let mut half = vec3(between(0.1, 1.0), between(0.1, 1.0), between(0.1, 1.0));
             if i % 5 == 0 {

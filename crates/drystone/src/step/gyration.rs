@@ -28,7 +28,7 @@ const LARGEST_TURN: f64 = 0.02;
 /// alone it oscillated by twice itself at 3,000 rad/s.
 const COARSE_TURN: f64 = 0.3;
 
-const MOST_PARTS: u32 = 256;
+const MAX_PARTS: u32 = 256;
 
 /// Number of parts that a free rotation by two turns of these sizes [rad] takes in a step: as many
 /// as the substeps for a fast one. The commutator error is a product of three angles.
@@ -44,7 +44,7 @@ fn turning_parts(substeps: u32, a: f64, b: f64) -> u32 {
         let reach = COARSE_TURN * f64::from(parts);
         reach * reach * reach >= product
     };
-    while parts < MOST_PARTS && !enough(parts) {
+    while parts < MAX_PARTS && !enough(parts) {
         parts += 1;
     }
     parts

@@ -160,7 +160,7 @@ impl HookedContact<'_> {
     /// coefficient.
     pub const fn set_friction(&mut self, friction: f32) {
         if !friction.is_nan() {
-            self.surface.friction = friction.clamp(0.0, limits::FRICTION.most);
+            self.surface.friction = friction.clamp(0.0, limits::FRICTION.maximum);
         }
     }
 
@@ -169,7 +169,7 @@ impl HookedContact<'_> {
     /// give the same answer from the first point on.
     pub const fn set_restitution(&mut self, restitution: f32) {
         if !restitution.is_nan() {
-            self.surface.restitution = restitution.clamp(0.0, limits::RESTITUTION.most);
+            self.surface.restitution = restitution.clamp(0.0, limits::RESTITUTION.maximum);
         }
     }
 
@@ -183,9 +183,10 @@ impl HookedContact<'_> {
         if hertz.is_nan() || damping_ratio.is_nan() {
             return;
         }
-        let (least, most) = (limits::SPRING_FREQUENCY.least, limits::SPRING_FREQUENCY.most);
-        let hertz = hertz.clamp(least, most);
-        let damping_ratio = damping_ratio.clamp(0.0, limits::DAMPING_RATIO.most);
+        let (minimum, maximum) =
+            (limits::SPRING_FREQUENCY.minimum, limits::SPRING_FREQUENCY.maximum);
+        let hertz = hertz.clamp(minimum, maximum);
+        let damping_ratio = damping_ratio.clamp(0.0, limits::DAMPING_RATIO.maximum);
         self.surface.softness = Some(ContactSoftness { hertz, damping_ratio });
     }
 

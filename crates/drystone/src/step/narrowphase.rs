@@ -68,7 +68,7 @@ pub(crate) fn update_manifolds(
     let Lent { slots, watches, probes, softened } = contacts.watched_mut(apart);
     let Scratch { changes, ghosts, workers, seams, placed } = scratch;
     let count = watches.len();
-    let least = fine_grain(jobs, count, 16);
+    let minimum = fine_grain(jobs, count, 16);
     let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
     let softened = Rows::new(softened, apart);
     // If some shapes have hit speeds of their own, any speed may count.
@@ -77,7 +77,7 @@ pub(crate) fn update_manifolds(
     let asked = Asked { hooks, softened };
     let pairs = Pairs { ctx, bodies: known, shapes, slots, watches, probes, asked, landing };
     let margin = Track::at_least(ctx.margin * ctx.per_track);
-    collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
+    collect_ranges_with(jobs, count, minimum, workers, changes, |worker, range, out| {
         let mut line = Pipeline::default();
         for k in range {
             let watch = watches.read(k);

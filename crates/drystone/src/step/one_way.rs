@@ -49,14 +49,14 @@ pub(crate) fn holds(
             return false;
         }
         let (mine, other) = (bodies[side], bodies[1 - side]);
-        let most = if other.is_dynamic() { ON_IT * other.inner } else { f32::INFINITY };
+        let maximum = if other.is_dynamic() { ON_IT * other.inner } else { f32::INFINITY };
         let comes = |position: Vec3| {
             let at = pose_a.point(position);
             let velocity = |body: &Body| body.velocity_at(at - body.center);
             (velocity(other) - velocity(mine)).dot(front) <= 0.0
         };
         let points = manifold.points();
-        held || points.iter().all(|p| p.separation >= -ctx.margin.min(most))
+        held || points.iter().all(|p| p.separation >= -ctx.margin.min(maximum))
             && points.iter().any(|p| comes(p.position))
     })
 }

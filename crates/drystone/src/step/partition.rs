@@ -29,7 +29,7 @@ use crate::state::shapes::Shapes;
 const PREFETCH: usize = 6;
 
 /// Fewer changes than this run on one thread.
-const LEAST: usize = 128;
+const MIN: usize = 128;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -67,16 +67,16 @@ fn change_sets(
     wake_the_met(changes, sets);
     sets.contacts.end_asking(sets.bodies);
     let Scratch { effects, gone, slack, .. } = scratch;
-    let mut most = 0;
+    let mut maximum = 0;
     for (lists, effects) in [changes, ghosts].into_iter().zip(&mut *effects) {
         effects.iter_mut().for_each(Effects::clear);
         let n: usize = lists.iter().map(Vec::len).sum();
         if n > 0 {
-            let jobs = if n < LEAST { &Jobs::Inline } else { jobs };
-            most = most.max(apply(lists, shapes, sets, effects, gone, jobs));
+            let jobs = if n < MIN { &Jobs::Inline } else { jobs };
+            maximum = maximum.max(apply(lists, shapes, sets, effects, gone, jobs));
         }
     }
-    if let Some(enough) = slack.look(most) {
+    if let Some(enough) = slack.look(maximum) {
         for effects in effects {
             let each = enough / effects.len().max(1);
             effects.iter_mut().for_each(|effects| effects.shrink_to(each));
@@ -319,7 +319,7 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
         }
     }
     // The level of a body without support would count up for ever after its ground is removed.
-    let most = u32::try_from(n).unwrap_or(NONE);
+    let maximum = u32::try_from(n).unwrap_or(NONE);
     let changed = AtomicBool::new(false);
     let (awake, rows) = (&bodies.awake, Rows::new(bodies.rows.values_mut(), apart));
     for_ranges(jobs, n, grain(jobs, n, 256), |range| {
@@ -329,7 +329,7 @@ fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jo
                 && body.is_dynamic()
             {
                 let level = next.get(*row);
-                let level = if level > most { NONE } else { level };
+                let level = if level > maximum { NONE } else { level };
                 any |= level != body.history.level;
                 body.history.level = level;
             }

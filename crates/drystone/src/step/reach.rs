@@ -86,8 +86,12 @@ pub(crate) fn swept(fits: &Aabb, step: Vec3) -> Aabb {
 /// along the path instead, a body flying along a wall would enter it unseen.)
 pub(crate) fn reach(velocity: Vec3, body: &Body, ctx: &StepContext) -> Vec3 {
     let step = velocity * ctx.dt;
-    let most = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
-    vec3(step.x.clamp(-most, most), step.y.clamp(-most, most), step.z.clamp(-most, most))
+    let maximum = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
+    vec3(
+        step.x.clamp(-maximum, maximum),
+        step.y.clamp(-maximum, maximum),
+        step.z.clamp(-maximum, maximum),
+    )
 }
 
 /// Upper bound on the reach of all shapes of a body [m].
@@ -124,14 +128,14 @@ pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces:
     let speed = speed + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     let way = 1.1 * speed * ctx.dt;
-    let mut most = size(a).min(size(b));
-    if way > most && a.is_dynamic() && b.is_dynamic() {
+    let mut maximum = size(a).min(size(b));
+    if way > maximum && a.is_dynamic() && b.is_dynamic() {
         let apart = b.center - a.center;
         if will_meet(apart, along * (1.1 * ctx.dt), a.extent + b.extent) {
-            most = a.extent + b.extent;
+            maximum = a.extent + b.extent;
         }
     }
-    ctx.margin.max(way.min(most))
+    ctx.margin.max(way.min(maximum))
 }
 
 /// True if two points come within `near` of each other; the second starts at `apart` from the first

@@ -148,7 +148,7 @@ fn report_given(
         // Contacts of bodies that were set aside in this step are gone.
         let Some(c) = contacts.get(given.contact) else { continue };
         let [a, b] = [c.shape_a, c.shape_b].map(|row| shapes.at(row).reports);
-        let fast = |least: f32| c.approach() > least;
+        let fast = |minimum: f32| c.approach() > minimum;
         if given.landed != 0 && a.hit_speed_with(b, hit_speed).is_some_and(fast) {
             events.hits.push(hit(c, &given, shapes, bodies));
         }

@@ -31,17 +31,17 @@ const PREFETCH: usize = 16;
 /// Still times of some bodies [s].
 #[derive(Clone, Copy, Debug)]
 struct Times {
-    least: f32,
-    most: f32,
+    minimum: f32,
+    maximum: f32,
 }
 
 impl Times {
     /// Value for an empty set of bodies.
-    const NONE: Self = Self { least: f32::INFINITY, most: 0.0 };
+    const NONE: Self = Self { minimum: f32::INFINITY, maximum: 0.0 };
 
     fn add(&mut self, other: Self) {
-        self.least = self.least.min(other.least);
-        self.most = self.most.max(other.most);
+        self.minimum = self.minimum.min(other.minimum);
+        self.maximum = self.maximum.max(other.maximum);
     }
 }
 
@@ -103,11 +103,11 @@ pub(crate) fn rest_still_islands(
         return;
     }
     ripe.clear();
-    rates.rate(sets, jobs, |island, Times { least, most }| {
+    rates.rate(sets, jobs, |island, Times { minimum, maximum }| {
         let of = &sets.islands.rows[island as usize];
-        let is_still = most >= config.time && (least >= config.time || of.cut);
+        let is_still = maximum >= config.time && (minimum >= config.time || of.cut);
         if is_still && of.wait_until <= step {
-            ripe.push((island, most));
+            ripe.push((island, maximum));
         }
     });
     ripe.sort_unstable_by_key(|(island, _)| *island);
@@ -161,7 +161,7 @@ impl Rates {
             for row in &awake[range] {
                 let body = sets.bodies.at(*row);
                 let still = if body.can_sleep { body.sleep.still_time } else { 0.0 };
-                let times = Times { least: still, most: still };
+                let times = Times { minimum: still, maximum: still };
                 match out.last_mut() {
                     Some((island, of)) if *island == body.sleep.island => of.add(times),
                     _ => out.push((body.sleep.island, times)),
@@ -178,7 +178,7 @@ impl Rates {
         for (island, _) in in_islands() {
             let times = core::mem::replace(&mut self.of[*island as usize], Times::NONE);
             // Each island once.
-            if times.least < f32::INFINITY {
+            if times.minimum < f32::INFINITY {
                 visit(*island, times);
             }
         }

@@ -336,7 +336,7 @@ fn reach_against(
         let (center, radius) = shape.solid.ball();
         let ball = middle + 1.001 * radius - seen.dot(shape.centered.point(center));
         if shape.is_solid() && ball > reach {
-            let low = shape.solid.least_x(&turned.compose(&shape.centered));
+            let low = shape.solid.min_x(&turned.compose(&shape.centered));
             reach = reach.max(middle - low);
             if reach > enough {
                 break;
@@ -373,7 +373,7 @@ mod tests {
         let pillar = ShapeDef::box_half(vec3(0.3, 8.0, 0.3));
         world.add_body(BodyDef::fixed().with_shape(step).with_shape(pillar)).unwrap();
         #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
-        let mut side = |most: f32| (random.unit() as f32 - 0.5) * 2.0 * most;
+        let mut side = |maximum: f32| (random.unit() as f32 - 0.5) * 2.0 * maximum;
         for i in 0..60_u8 {
             let turn = vec3(side(3.0), side(3.0), side(3.0));
             let box_of = |half: Vec3| ShapeDef::box_half(half).with_restitution(0.9);

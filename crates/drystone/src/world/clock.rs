@@ -44,7 +44,7 @@ struct Track {
 pub struct Clock {
     step: f32,
     scale: f32,
-    most_steps: u32,
+    max_steps: u32,
     /// Time not yet simulated [s].
     left: f32,
     /// Tracks by body slots.
@@ -58,7 +58,7 @@ impl Clock {
     /// The length is not from 1e-6 to 10 s.
     pub fn new(step: f32) -> Result<Self, DefError> {
         within("step", step, &limits::TIME_STEP)?;
-        Ok(Self { step, scale: 1.0, most_steps: 8, left: 0.0, tracks: Vec::new() })
+        Ok(Self { step, scale: 1.0, max_steps: 8, left: 0.0, tracks: Vec::new() })
     }
 
     /// Length of a step [s].
@@ -78,7 +78,7 @@ impl Clock {
     /// world stays behind. Otherwise a program that steps more slowly than real time would fall
     /// behind without limit.
     pub fn set_most_steps(&mut self, steps: u32) {
-        self.most_steps = steps.max(1);
+        self.max_steps = steps.max(1);
     }
 
     /// Advances the world by the time of a frame [s], in whole steps. The remainder counts for the
@@ -93,7 +93,7 @@ impl Clock {
         let passed = if frame.is_finite() { frame.max(0.0) * self.scale } else { 0.0 };
         let mut steps = 0;
         self.left += passed;
-        while self.left >= self.step && steps < self.most_steps {
+        while self.left >= self.step && steps < self.max_steps {
             self.left -= self.step;
             before(world);
             self.follow(world);

@@ -302,9 +302,9 @@ impl World {
         let checked = Checked::new(&*self.jobs, &self.claims);
         let jobs = checked.jobs();
         let events = &mut self.tables.events;
-        let most = events.contact_begin.len().max(events.contact_end.len());
+        let maximum = events.contact_begin.len().max(events.contact_end.len());
         events.clear();
-        if let Some(enough) = self.slack.look(most) {
+        if let Some(enough) = self.slack.look(maximum) {
             events.contact_begin.shrink_to(enough);
             events.contact_end.shrink_to(enough);
         }

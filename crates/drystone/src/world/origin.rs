@@ -74,15 +74,15 @@ impl World {
     /// Checks that everything stays in range.
     fn check_reach(&self, origin: Vec3) -> Result<(), DefError> {
         let Tables { bodies, joints, particles, .. } = &self.tables;
-        let is_within = |place: Vec3, most: f32| (place - origin).is_below(most);
-        let kept = limits::POSITION_KEPT.most;
+        let is_within = |place: Vec3, maximum: f32| (place - origin).is_below(maximum);
+        let kept = limits::POSITION_KEPT.maximum;
         let bodies = bodies.rows.iter().all(|(_, body)| is_within(body.center, kept));
         let states = particles.rows.iter().map(|(id, _)| id.index() + 1);
         let particles =
             states.map(|solver_row| particles.position(solver_row)).all(|at| is_within(at, kept));
         let pulleys = joints.rows.iter().all(|(_, joint)| match &joint.link {
             Link::Pulley(pulley) => {
-                pulley.points.iter().all(|point| is_within(*point, limits::POSITION.most))
+                pulley.points.iter().all(|point| is_within(*point, limits::POSITION.maximum))
             }
             _ => true,
         });

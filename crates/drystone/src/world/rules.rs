@@ -8,7 +8,7 @@ use crate::state::shapes::{PairSurface, Shapes};
 use crate::state::tables::Tables;
 
 /// Maximum number of surface rules. Each new contact is compared with all of them.
-const MOST_RULES: usize = 256;
+const MAX_RULES: usize = 256;
 
 impl World {
     /// Sets whether two bodies may collide, in addition to their filters. For example, a thrower
@@ -73,7 +73,7 @@ impl World {
     /// # Errors
     /// A coefficient is out of range, or there are too many rules. Then nothing is changed.
     pub fn set_surface_rules(&mut self, rules: Vec<SurfaceRule>) -> Result<(), DefError> {
-        if rules.len() > MOST_RULES {
+        if rules.len() > MAX_RULES {
             return Err(DefError::new("rules", rules.len(), "at most 256 in number"));
         }
         rules.iter().try_for_each(SurfaceRule::validate)?;

@@ -115,7 +115,7 @@ fn the_search_for_the_nearest_shape_ends_however_small_the_shape_is_for_its_plac
     assert_eq!(nearest.body, body);
     assert!((nearest.distance - 2.0).abs() < 2.0e-4, "{}", nearest.distance);
     let empty = World::default();
-    let far = limits::WAY.most;
+    let far = limits::DISPLACEMENT.maximum;
     let none = empty.query().nearest_shape(&tiny, Pose::IDENTITY, far, Filter::default());
     assert_eq!(none, Ok(None));
 }
@@ -157,7 +157,7 @@ fn a_step_too_short_to_compute_with_passes_no_time() {
         assert_eq!(world.events().faults[0].kind, FaultKind::BadTimeStep, "{dt}");
         assert_eq!(world.state_hash(), before, "{dt}");
     }
-    for dt in [limits::TIME_STEP.least, limits::TIME_STEP.most] {
+    for dt in [limits::TIME_STEP.minimum, limits::TIME_STEP.maximum] {
         world.step(dt);
         assert!(world.events().faults.is_empty(), "{dt}");
     }

@@ -8,7 +8,7 @@ const G: f32 = 10.0;
 fn world(most: f32) -> World {
     let mut config = WorldConfig { gravity: vec3(0.0, -G, 0.0), ..WorldConfig::default() };
     config.sleep.enabled = false;
-    config.inertia.most = most;
+    config.inertia.max_factor = most;
     World::new(config).unwrap()
 }
 

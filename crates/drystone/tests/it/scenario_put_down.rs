@@ -159,7 +159,7 @@ fn a_stack_that_is_set_on_another_floor_does_not_move() {
 #[test]
 fn what_is_put_down_has_its_own_mass_if_it_is_to() {
     let mut config = WorldConfig::default();
-    config.inertia.most = 1.0;
+    config.inertia.max_factor = 1.0;
     let mut world = World::new(config).unwrap();
     ground(&mut world, Floor::HalfSpace, [20.0, 1.0]);
     let shape = ShapeDef::box_half([0.5; 3]).with_friction(0.0);

@@ -103,8 +103,8 @@ pub(crate) struct Contact {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Inertia {
-    /// Greatest factor, 1 to 64; 1: off; 0 (the default): the method's own.
-    pub(crate) most: Option<f32>,
+    /// Maximum factor, 1 to 64; 1: off; 0 (the default): the method's own.
+    pub(crate) max_factor: Option<f32>,
     /// Loads above this per mass raise the factor [m/s²]; above 0; default 30.
     pub(crate) threshold: Option<f32>,
     /// Times the substeps where a factor is near its greatest, 1 to 8; default 1.

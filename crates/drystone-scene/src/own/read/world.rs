@@ -44,7 +44,7 @@ impl Reader<'_> {
             put(&mut c.hit_speed, contact.hit_speed);
         }
         if let Some(inertia) = &world.inertia {
-            put(&mut config.inertia.most, inertia.most);
+            put(&mut config.inertia.max_factor, inertia.max_factor);
             put(&mut config.inertia.threshold, inertia.threshold);
             put(&mut config.inertia.refine, inertia.refine);
         }

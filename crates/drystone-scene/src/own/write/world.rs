@@ -29,7 +29,7 @@ pub(super) fn world(config: &WorldConfig) -> Option<World> {
     });
     let (i, d) = (&config.inertia, &default.inertia);
     let inertia = some(Inertia {
-        most: unless(i.most, d.most),
+        max_factor: unless(i.max_factor, d.max_factor),
         threshold: unless(i.threshold, d.threshold),
         refine: other(i.refine, &d.refine),
     });

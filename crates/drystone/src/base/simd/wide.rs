@@ -74,8 +74,8 @@ pub(crate) fn select<S: Simd>(mask: mask32x8<S>, a: Wide<S>, b: Wide<S>) -> Wide
 /// Applies [`crate::base::math::bounded`] to each lane.
 #[inline(always)]
 pub(crate) fn bounded<S: Simd>(simd: S, a: Wide<S>) -> Wide<S> {
-    let most = splat(simd, f32::MAX);
-    select(a.simd_eq(a), min(max(a, -most), most), splat(simd, 0.0))
+    let maximum = splat(simd, f32::MAX);
+    select(a.simd_eq(a), min(max(a, -maximum), maximum), splat(simd, 0.0))
 }
 
 /// 1/a where a > 0, else 0.
@@ -136,7 +136,7 @@ pub(crate) fn bits<S: Simd>(mask: Mask<S>) -> u32 {
 
 /// The smallest lane; no lane may be NaN.
 #[inline(always)]
-pub(crate) fn least<S: Simd>(a: Wide<S>) -> f32 {
+pub(crate) fn reduce_min<S: Simd>(a: Wide<S>) -> f32 {
     let mut l = [0.0; LANES];
     a.store_array(&mut l);
     let (p, q) = (
@@ -148,7 +148,7 @@ pub(crate) fn least<S: Simd>(a: Wide<S>) -> f32 {
 
 /// The largest lane; no lane may be NaN.
 #[inline(always)]
-pub(crate) fn most<S: Simd>(a: Wide<S>) -> f32 {
+pub(crate) fn reduce_max<S: Simd>(a: Wide<S>) -> f32 {
     let mut l = [0.0; LANES];
     a.store_array(&mut l);
     let (p, q) = (

@@ -179,10 +179,10 @@ impl<S: Simd> Sym3w<S> {
     #[inline(always)]
     pub(crate) fn is_round(&self, simd: S) -> bool {
         let zero = splat(simd, 0.0);
-        let most = max(max(self.xx, self.yy), self.zz);
-        let least = min(min(self.xx, self.yy), self.zz);
+        let maximum = max(max(self.xx, self.yy), self.zz);
+        let minimum = min(min(self.xx, self.yy), self.zz);
         let off = max(max(self.xy.abs(), self.xz.abs()), self.yz.abs());
-        !above(max(most - least, off), zero).any_true()
+        !above(max(maximum - minimum, off), zero).any_true()
     }
 
     /// The solution of `self x = v`; zero where the matrix is singular.

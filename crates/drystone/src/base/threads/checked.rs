@@ -15,7 +15,7 @@ use super::jobs::{known::Ask, known::Known};
 type Payload = Box<dyn Any + Send>;
 
 /// Maximum number of workers that a user's executor may report.
-const MOST: usize = 256;
+const MAX: usize = 256;
 
 /// A worker's number, reserved while a chunk runs. It has cache lines of its own.
 #[derive(Debug, Default)]
@@ -115,7 +115,7 @@ pub(crate) struct Checked<'a> {
 
 impl<'a> Checked<'a> {
     pub(crate) fn new(executor: &'a dyn Executor, claims: &'a Claims) -> Self {
-        Self { executor, workers: executor.workers().clamp(1, MOST), claims }
+        Self { executor, workers: executor.workers().clamp(1, MAX), claims }
     }
 
     pub(crate) const fn workers(&self) -> usize {

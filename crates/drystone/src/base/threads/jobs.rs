@@ -169,17 +169,17 @@ fn range_of(chunk: usize, grain: usize, n: usize) -> Range<usize> {
     chunk * grain..((chunk + 1) * grain).min(n)
 }
 
-/// Returns a piece size of at least `least` that gives every worker a few pieces to claim.
+/// Returns a piece size of at least `minimum` that gives every worker a few pieces to claim.
 ///
 /// Use it only if the result does not depend on the piece boundaries: these depend on the workers.
-pub(crate) fn grain(jobs: &Jobs<'_>, n: usize, least: usize) -> usize {
-    n.div_ceil(jobs.workers() * 4).max(least)
+pub(crate) fn grain(jobs: &Jobs<'_>, n: usize, minimum: usize) -> usize {
+    n.div_ceil(jobs.workers() * 4).max(minimum)
 }
 
 /// Like [`grain`], for items whose work may differ by a factor of a hundred: more and smaller
 /// pieces, so that no worker has a long last piece.
-pub(crate) fn fine_grain(jobs: &Jobs<'_>, n: usize, least: usize) -> usize {
-    n.div_ceil(jobs.workers() * 16).max(least)
+pub(crate) fn fine_grain(jobs: &Jobs<'_>, n: usize, minimum: usize) -> usize {
+    n.div_ceil(jobs.workers() * 16).max(minimum)
 }
 
 /// Calls `f` with every range of at most `grain` indices below `n`.
@@ -194,12 +194,17 @@ pub(crate) fn for_ranges(jobs: &Jobs<'_>, n: usize, grain: usize, f: impl Fn(Ran
     jobs.run(chunks, |_, chunk| f(range_of(chunk, grain, n)));
 }
 
-/// Calls `f` with ranges of about `least` indices below `n` or more, a few per worker. A worker
+/// Calls `f` with ranges of about `minimum` indices below `n` or more, a few per worker. A worker
 /// gets the same ranges in each phase with the same `n`.
 ///
 /// Use it only if the result does not depend on the range boundaries: these depend on the workers.
-pub(crate) fn for_shares(jobs: &Jobs<'_>, n: usize, least: usize, f: impl Fn(Range<usize>) + Sync) {
-    for_series(jobs, 1, |_| n, least, |_, range| f(range));
+pub(crate) fn for_shares(
+    jobs: &Jobs<'_>,
+    n: usize,
+    minimum: usize,
+    f: impl Fn(Range<usize>) + Sync,
+) {
+    for_series(jobs, 1, |_| n, minimum, |_, range| f(range));
 }
 
 /// Runs phases as in [`for_shares`], one after the other; phase k covers `items(k)` indices. Calls
@@ -208,7 +213,7 @@ pub(crate) fn for_series(
     jobs: &Jobs<'_>,
     phases: usize,
     items: impl Fn(usize) -> usize + Sync,
-    least: usize,
+    minimum: usize,
     f: impl Fn(usize, Range<usize>) + Sync,
 ) {
     if jobs.is_alone() {
@@ -218,7 +223,7 @@ pub(crate) fn for_series(
         return;
     }
     let workers = jobs.workers();
-    let chunks = |phase| shares(items(phase), least, workers);
+    let chunks = |phase| shares(items(phase), minimum, workers);
     jobs.run_in_series(phases, chunks, |_, phase, chunk| {
         let (n, chunks) = (items(phase), chunks(phase));
         f(phase, n * chunk / chunks..n * (chunk + 1) / chunks);
@@ -226,8 +231,8 @@ pub(crate) fn for_series(
 }
 
 /// Number of pieces for `n` items: the same for each worker if there are enough items.
-fn shares(n: usize, least: usize, workers: usize) -> usize {
-    let pieces = n.div_ceil(least.max(1)).min(8 * workers);
+fn shares(n: usize, minimum: usize, workers: usize) -> usize {
+    let pieces = n.div_ceil(minimum.max(1)).min(8 * workers);
     if pieces < workers { pieces } else { pieces.next_multiple_of(workers).min(n) }
 }
 

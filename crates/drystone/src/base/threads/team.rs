@@ -52,7 +52,7 @@ const WAITS: u32 = if cfg!(drystone_model) { 0 } else { 500 };
 pub(crate) const PHASES: usize = 32;
 
 /// Maximum number of chunks of a phase: counts have 15 bits.
-const MOST: usize = 0x7fff;
+const MAX: usize = 0x7fff;
 
 struct Job {
     /// The task of the running series; dangling between series.
@@ -371,8 +371,8 @@ impl Executor for Team {
     }
 
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
-        for first in (0..chunks).step_by(MOST) {
-            let n = MOST.min(chunks - first);
+        for first in (0..chunks).step_by(MAX) {
+            let n = MAX.min(chunks - first);
             self.series(0..1, &|_| n, &|worker, _, chunk| task(worker, first + chunk));
         }
     }
@@ -385,7 +385,7 @@ impl Executor for Team {
     ) {
         for first in (0..phases).step_by(PHASES) {
             let range = first..phases.min(first + PHASES);
-            if range.clone().all(|phase| chunks(phase) <= MOST) {
+            if range.clone().all(|phase| chunks(phase) <= MAX) {
                 self.series(range, chunks, task);
             } else {
                 range.for_each(|phase| self.run(chunks(phase), &|w, chunk| task(w, phase, chunk)));
@@ -395,7 +395,7 @@ impl Executor for Team {
 }
 
 impl Team {
-    /// Runs at most [`PHASES`] phases of at most [`MOST`] chunks each.
+    /// Runs at most [`PHASES`] phases of at most [`MAX`] chunks each.
     fn series(
         &self,
         range: Range<usize>,
@@ -407,7 +407,7 @@ impl Team {
         // time.
         let mut counts = [0_u16; PHASES];
         for (count, phase) in counts.iter_mut().zip(range) {
-            *count = u16::try_from(chunks(phase).min(MOST)).expect("at most MOST");
+            *count = u16::try_from(chunks(phase).min(MAX)).expect("at most MOST");
         }
         let counts = &counts[..phases];
         let alone = self.is_alone() || counts.iter().all(|n| *n <= 1);

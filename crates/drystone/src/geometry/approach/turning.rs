@@ -140,9 +140,9 @@ impl<'a> Turning<'a> {
         deep.normal.dot(delta + turn.cross(arm)) < -ALONG * speed
     }
 
-    /// Returns a fraction, at most `most`, in which B approaches a plane by no more than `gap` [m],
+    /// Returns a fraction, at most `maximum`, in which B approaches a plane by no more than `gap` [m],
     /// however it turns. It is close to the maximum that the module's bound allows.
-    fn step(&self, now: &Pose, normal: Vec3, gap: f32, most: f32) -> f32 {
+    fn step(&self, now: &Pose, normal: Vec3, gap: f32, maximum: f32) -> f32 {
         let Course { delta, turn, .. } = *self.course;
         let across = normal.cross(turn);
         let bend = 0.5 * across.length() * turn.length() * self.reach;
@@ -155,10 +155,10 @@ impl<'a> Turning<'a> {
             let falls = lowest(normal + across * t) - start;
             gap + normal.dot(delta) * t + falls - bend * t * t
         };
-        if clear(most) >= 0.0 {
-            return most;
+        if clear(maximum) >= 0.0 {
+            return maximum;
         }
-        let ([mut low, mut above], [mut high, mut below]) = ([0.0, gap], [most, clear(most)]);
+        let ([mut low, mut above], [mut high, mut below]) = ([0.0, gap], [maximum, clear(maximum)]);
         for round in 0..ROUNDS_OF_STEP {
             // A chord of a concave function lies below it, so the chord's zero is not beyond the
             // end.

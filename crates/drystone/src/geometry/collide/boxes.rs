@@ -84,7 +84,7 @@ struct EdgeAxis {
 /// Returns the pair of edges with the largest separation, if it is more than `floor` [m].
 fn best_edges(g: Vec3, h: Vec3, b: &Placed, floor: f32) -> Option<EdgeAxis> {
     let mut best: Option<EdgeAxis> = None;
-    let mut most = floor;
+    let mut maximum = floor;
     for j in 0..3 {
         let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
         for i in 0..3 {
@@ -97,16 +97,16 @@ fn best_edges(g: Vec3, h: Vec3, b: &Placed, floor: f32) -> Option<EdgeAxis> {
                 - (g[i1] * p.abs() + g[i2] * q.abs())
                 - (h[j1] * b.axes[j2][i].abs() + h[j2] * b.axes[j1][i].abs());
             // The axis is no longer than 1: a separation below a negative floor stays below it.
-            if separation <= lesser(most, 0.0) || square <= PARALLEL {
+            if separation <= lesser(maximum, 0.0) || square <= PARALLEL {
                 continue;
             }
             let k = 1.0 / square.sqrt();
-            if separation * k > most {
-                most = separation * k;
+            if separation * k > maximum {
+                maximum = separation * k;
                 let mut normal = Vec3::ZERO;
                 let sign = if along < 0.0 { -k } else { k };
                 (normal[i1], normal[i2]) = (p * sign, q * sign);
-                best = Some(EdgeAxis { i, j, separation: most, normal });
+                best = Some(EdgeAxis { i, j, separation: maximum, normal });
             }
         }
     }

@@ -117,12 +117,12 @@ impl<'a> Convex<'a> {
 
 fn hull_line(x: &Hull, direction: Vec3) -> Option<([Vec3; 2], f32)> {
     let mut best = None;
-    let mut most = f32::NEG_INFINITY;
+    let mut maximum = f32::NEG_INFINITY;
     for pair in x.edges.chunks_exact(2) {
         let ends = [pair[0], pair[1]].map(|e| x.vertices[usize::from(e.origin)]);
         let reach = direction.dot(ends[0]) + direction.dot(ends[1]);
-        if reach > most {
-            (best, most) = (Some(ends), reach);
+        if reach > maximum {
+            (best, maximum) = (Some(ends), reach);
         }
     }
     let ends = best?;

@@ -107,7 +107,7 @@ impl Frustum {
             (above, 0.0, 1.0)
         };
         if distance > 0.0 {
-            let (mut rho_on, mut y_on, mut least) = (0.0, 0.0, f32::INFINITY);
+            let (mut rho_on, mut y_on, mut minimum) = (0.0, 0.0, f32::INFINITY);
             let corners = [(0.0, -h), (self.bottom, -h), (self.top, h), (0.0, h)];
             for i in 0..3 {
                 let ((x0, y0), (x1, y1)) = (corners[i], corners[i + 1]);
@@ -120,11 +120,11 @@ impl Frustum {
                 };
                 let (x, y) = (x0 + dx * t, y0 + dy * t);
                 let d = (rho - x) * (rho - x) + (p.y - y) * (p.y - y);
-                if d < least {
-                    (rho_on, y_on, least) = (x, y, d);
+                if d < minimum {
+                    (rho_on, y_on, minimum) = (x, y, d);
                 }
             }
-            let length = least.sqrt();
+            let length = minimum.sqrt();
             // So close to the surface, the difference of the points has no direction.
             if length > 1.0e-6 * (h + self.bottom + self.top) {
                 distance = length;

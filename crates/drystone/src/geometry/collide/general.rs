@@ -159,7 +159,7 @@ impl<'a> Pair<'a> {
                     [-1.0, 1.0].map(|s| self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0)));
                 Some(-self.b_in_a.direction(segment_in_hull(hull, ends)))
             }
-            _ => epa::least_overlap(
+            _ => epa::min_overlap(
                 |d| self.a.support(d),
                 |d| self.support_b(d),
                 EPA_TOLERANCE * self.size,

@@ -17,7 +17,7 @@ pub(super) fn collide(
     margin: f32,
 ) -> Manifold {
     let points = [ManifoldPoint::default(); BATCH];
-    let mut lowest = Lowest { normal, offset, margin, least: f32::INFINITY, points, count: 0 };
+    let mut lowest = Lowest { normal, offset, margin, minimum: f32::INFINITY, points, count: 0 };
     match b {
         Convex::Point => lowest.add(b_in_a.position, 0),
         Convex::Segment { half_height } => {
@@ -39,7 +39,7 @@ pub(super) fn collide(
         }
     }
     if lowest.count == 0 {
-        return Manifold::apart(lowest.least);
+        return Manifold::apart(lowest.minimum);
     }
     reduce(&lowest.points[..lowest.count], normal)
 }
@@ -49,7 +49,7 @@ struct Lowest {
     offset: f32,
     margin: f32,
     /// Minimum separation over all points.
-    least: f32,
+    minimum: f32,
     points: [ManifoldPoint; BATCH],
     count: usize,
 }
@@ -57,7 +57,7 @@ struct Lowest {
 impl Lowest {
     fn add(&mut self, p: Vec3, feature: u32) {
         let separation = self.normal.dot(p) - self.offset;
-        self.least = lesser(self.least, separation);
+        self.minimum = lesser(self.minimum, separation);
         let is_near = separation <= self.margin;
         if !is_near {
             return;

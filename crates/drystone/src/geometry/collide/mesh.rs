@@ -168,7 +168,7 @@ fn row(v: Vec3, w: f32) -> Row {
 
 fn limits(b: &Solid, reach: &Reach) -> Limits {
     let margin = reach.margin;
-    let (least, most) = match &b.core {
+    let (minimum, maximum) = match &b.core {
         Core::Hull(hull) => {
             let half = hull.bounds().half_extents();
             (half.min_element(), half.max_element())
@@ -180,7 +180,7 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
         _ => (b.radius, b.radius),
     };
     // A long solid has a large size, but the thinnest side limits it.
-    let size = lesser(most, 20.0 * least);
+    let size = lesser(maximum, 20.0 * minimum);
     Limits {
         margin,
         way: reach.way,

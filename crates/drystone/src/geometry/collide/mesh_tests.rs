@@ -399,10 +399,10 @@ fn the_order_of_triangles_and_vertices_only_renames_features() {
             assert_eq!(a.is_empty(), b.is_empty());
             if !a.is_empty() {
                 let (p, q) = (a[0].points(), b[0].points());
-                let least = |p: &[crate::geometry::manifold::ManifoldPoint]| {
+                let minimum = |p: &[crate::geometry::manifold::ManifoldPoint]| {
                     p.iter().map(|p| p.separation).fold(9.0, f32::min)
                 };
-                assert!((least(p) - least(q)).abs() < 1e-4, "{solid:?} {a:#?} {b:#?}");
+                assert!((minimum(p) - minimum(q)).abs() < 1e-4, "{solid:?} {a:#?} {b:#?}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Bodies at rest: the number of points, their spread, and no jumps when poses jitter.
 
-use super::tests::{Random, best, least, touch};
+use super::tests::{Random, best, min_separation, touch};
 use super::{PairCache, collide};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
@@ -20,16 +20,16 @@ fn lying() -> Quat {
 /// Twice the area of the polygon through the points, which `reduce` does not order.
 fn spread(m: &Manifold) -> f32 {
     let p = m.points();
-    let mut most = 0.0_f32;
+    let mut maximum = 0.0_f32;
     for i in 0..p.len() {
         for j in 0..p.len() {
             for k in 0..p.len() {
                 let (u, v) = (p[j].position - p[i].position, p[k].position - p[i].position);
-                most = most.max(u.cross(v).length());
+                maximum = maximum.max(u.cross(v).length());
             }
         }
     }
-    most
+    maximum
 }
 
 /// Checks count, normal and depth at a pose and at poses close to it.
@@ -162,7 +162,7 @@ fn parallel_lying_cylinders_touch_along_a_line() {
     let n = vec3(0.6, 0.0, 0.797).normalize_or(Vec3::X);
     assert!((m.normal - n).length() < 1.0e-3, "{m:?} {n:?}");
     let exact = (0.36_f32 + 0.797 * 0.797).sqrt() - 1.0;
-    assert!((least(&m) - exact).abs() < 1.0e-4);
+    assert!((min_separation(&m) - exact).abs() < 1.0e-4);
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn crossed_box_edges_touch_in_one_point() {
     let m = touch(&a, &a, &pose, 0.02);
     assert_eq!(m.count, 1, "{m:?}");
     assert!((m.normal - up).length() < 1.0e-4, "{m:?}");
-    assert!((least(&m) + 0.001).abs() < 1.0e-5, "{m:?}");
+    assert!((min_separation(&m) + 0.001).abs() < 1.0e-5, "{m:?}");
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn a_triangle_is_a_polytope_of_two_faces() {
         let pose = Pose::new([0.2 * random.signed(), 0.24, 0.2 * random.signed()], turn);
         let m = collide_hulls(best(), triangle, &hull, &pose, 0.02, &mut PairCache::default());
         assert_eq!((m.count, m.normal), (4, Vec3::Y), "{m:?}");
-        assert!((least(&m) + 0.01).abs() < 1.0e-5);
+        assert!((min_separation(&m) + 0.01).abs() < 1.0e-5);
         let w = collide_hulls(
             best(),
             &hull,

@@ -54,7 +54,7 @@ pub(super) fn touch(a: &Shape, b: &Shape, b_in_a: &Pose, margin: f32) -> Manifol
     collide(best(), &Solid::of(a), &Solid::of(b), b_in_a, margin, &mut PairCache::default())
 }
 
-pub(super) fn least(m: &Manifold) -> f32 {
+pub(super) fn min_separation(m: &Manifold) -> f32 {
     m.points().iter().map(|p| p.separation).fold(f32::INFINITY, f32::min)
 }
 
@@ -144,7 +144,7 @@ fn the_separation_is_that_along_the_normal_and_no_direction_separates_more() {
             return;
         }
         assert!((m.normal.length() - 1.0).abs() < 1.0e-5, "{what:?}");
-        let s = least(&m);
+        let s = min_separation(&m);
         let exact = along(a, b, pose, m.normal);
         // In a deep overlap with a hull the deepest corner may be beside the face that pushes it
         // out.
@@ -168,11 +168,11 @@ fn separations_agree_with_parry() {
         let between_hulls = |s: &Shape| matches!(s, Shape::Box { .. } | Shape::Hull(_));
         if theirs.dist > 0.0 && between_hulls(a) && between_hulls(b) {
             // The axis between two corners is not among the tested axes of hulls.
-            assert!(m.count == 0 || least(&m) < theirs.dist + 1.0e-3, "{what:?}");
+            assert!(m.count == 0 || min_separation(&m) < theirs.dist + 1.0e-3, "{what:?}");
             return;
         }
         assert!(m.count > 0, "{what:?} {theirs:?}");
-        let s = least(&m);
+        let s = min_separation(&m);
         // The peer's search for the depth of round bodies sometimes ends early: the reference is
         // the distance that its normal proves.
         let n = theirs.normal1;
@@ -194,7 +194,7 @@ fn a_pair_and_its_exchange_have_the_same_contact() {
         if m.count == 0 {
             return;
         }
-        assert!((least(&m) - least(&w)).abs() < 2.0e-3, "{what:?} {m:?} {w:?}");
+        assert!((min_separation(&m) - min_separation(&w)).abs() < 2.0e-3, "{what:?} {m:?} {w:?}");
         let turned = -pose.direction(w.normal);
         // Two directions may be equally good: then only the depth is the same.
         if turned.dot(m.normal) < 0.999 {
@@ -222,10 +222,13 @@ fn half_spaces_touch_where_the_lowest_point_is() {
             assert_eq!(m.count, w.count);
             if m.count > 0 {
                 assert_eq!(m.normal, Vec3::Y);
-                assert!((least(&m) - least(&w)).abs() < 1.0e-5);
+                assert!((min_separation(&m) - min_separation(&w)).abs() < 1.0e-5);
                 assert!((pose.direction(w.normal) + Vec3::Y).length() < 1.0e-5);
                 if !matches!(shape, Shape::Hull(_)) {
-                    assert!((least(&m) - (lowest - 0.25)).abs() < 1.0e-4, "{shape:?} {pose:?}");
+                    assert!(
+                        (min_separation(&m) - (lowest - 0.25)).abs() < 1.0e-4,
+                        "{shape:?} {pose:?}"
+                    );
                 }
             }
         }
@@ -250,7 +253,7 @@ fn any_pose_is_answered_without_panic() {
                         let tame = x.abs() < 10.0 && y.abs() < 10.0 && q.angle() < 7.0;
                         if tame {
                             assert!(
-                                m.normal.is_finite() && least(&m) > -10.0,
+                                m.normal.is_finite() && min_separation(&m) > -10.0,
                                 "{a:?} {b:?} {pose:?}"
                             );
                         }
@@ -311,7 +314,7 @@ fn what_is_apart_says_how_far() {
                 // plane.
                 assert!(near.gap > 0.02, "{a:?} {b:?} {pose:?}: {}", near.gap);
                 if !(is_hull(&a) && is_hull(&b)) {
-                    let far = least(&touch(&a, &b, &pose, 100.0));
+                    let far = min_separation(&touch(&a, &b, &pose, 100.0));
                     // A normal that snaps to a flat side may cost a thousandth of the size.
                     assert!(near.gap < far + 1.0e-3, "{a:?} {b:?}: {} {far}", near.gap);
                     seen += 1;
@@ -330,6 +333,6 @@ fn rounded_boxes_touch_by_their_corners_at_the_true_distance() {
     let pose = Pose::at([1.1, 1.1, 1.1]);
     let m = collide(best(), &solid, &solid, &pose, 0.01, &mut PairCache::default());
     assert_eq!(m.count, 1);
-    assert!((least(&m) - (0.03_f32.sqrt() - 0.2)).abs() < 1.0e-5);
+    assert!((min_separation(&m) - (0.03_f32.sqrt() - 0.2)).abs() < 1.0e-5);
     assert!((m.points[0].position - Vec3::splat(0.55)).length() < 1.0e-5);
 }

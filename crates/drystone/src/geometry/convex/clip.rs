@@ -264,7 +264,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let first = points[deepest];
     // Points with equal depth up to rounding count as no higher.
     let higher = |p: &ManifoldPoint| STEEP * greater(p.separation - first.separation - slack, 0.0);
-    let (mut farthest, mut most) = (deepest, 0.0);
+    let (mut farthest, mut maximum) = (deepest, 0.0);
     for (i, p) in points.iter().enumerate() {
         let mut d = (p.position - first.position).length_squared();
         let higher = higher(p);
@@ -272,8 +272,8 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
             let near = greater(d.sqrt() - higher, 0.0);
             d = near * near;
         }
-        if d > most * 1.001 {
-            (farthest, most) = (i, d);
+        if d > maximum * 1.001 {
+            (farthest, maximum) = (i, d);
         }
     }
     m.push(first);
@@ -285,7 +285,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let side = normal.cross(second.position - first.position);
     let length = side.length();
     let (mut left, mut right) = (None, None);
-    let (mut high, mut low) = (1.0e-4 * most, -1.0e-4 * most);
+    let (mut high, mut low) = (1.0e-4 * maximum, -1.0e-4 * maximum);
     for p in points {
         let area = side.dot(p.position - first.position);
         let higher = higher(p) * length;

@@ -31,7 +31,7 @@ struct Growing {
 
 /// Returns the unit direction from A to B of minimum overlap, within `tolerance` [m] of the depth;
 /// `None` if the difference is flat or not finite.
-pub(crate) fn least_overlap(
+pub(crate) fn min_overlap(
     support_a: impl Fn(Vec3) -> Vec3,
     support_b: impl Fn(Vec3) -> Vec3,
     tolerance: f32,

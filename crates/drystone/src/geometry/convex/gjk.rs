@@ -226,7 +226,7 @@ fn on_tetrahedron(w: &[Wide; 4]) -> Option<[f64; 4]> {
     // Each face, and the corner opposite to it.
     const FACES: [[usize; 4]; 4] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 3, 2, 0]];
     let mut best = None;
-    let mut least = f64::INFINITY;
+    let mut minimum = f64::INFINITY;
     for [i, j, k, across] in FACES {
         let n = w[j].minus(w[i]).cross(w[k].minus(w[i]));
         let origin_side = -n.dot(w[i]);
@@ -236,8 +236,8 @@ fn on_tetrahedron(w: &[Wide; 4]) -> Option<[f64; 4]> {
         }
         let t = on_triangle(w[i], w[j], w[k]);
         let p = w[i].times(t[0]).plus(w[j].times(t[1])).plus(w[k].times(t[2]));
-        if p.dot(p) < least {
-            least = p.dot(p);
+        if p.dot(p) < minimum {
+            minimum = p.dot(p);
             let mut weights = [0.0; 4];
             (weights[i], weights[j], weights[k]) = (t[0], t[1], t[2]);
             best = Some(weights);

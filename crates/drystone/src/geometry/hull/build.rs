@@ -10,7 +10,7 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// A closed surface of triangles with n vertices has 6n - 12 half-edges, numbered in 16 bits.
-const MOST_VERTICES: usize = 10_000;
+const MAX_VERTICES: usize = 10_000;
 
 /// Coplanarity tolerance, relative to the extent of the points. Points from text or from a rotation
 /// are accurate to 1e-6 of it; edges shorter than this tolerance carry no visible contact.
@@ -18,8 +18,8 @@ const COPLANAR: f64 = 1.0e-5;
 
 /// Minimum thickness of a hull, in tolerances and in meters; the latter is the same as for other
 /// shapes.
-const LEAST_TOLERANCES: f64 = 4.0;
-const LEAST_LENGTH: f64 = 1.0e-5;
+const MIN_TOLERANCES: f64 = 4.0;
+const MIN_LENGTH: f64 = 1.0e-5;
 
 /// Factors on the tolerance. Where a surface does not close, a coarser tolerance mostly closes it.
 /// The last factor allows errors of 64 * 8 * 1e-5 = 0.5 % of the extent; no point cloud of our
@@ -27,14 +27,14 @@ const LEAST_LENGTH: f64 = 1.0e-5;
 const COARSER: [f64; 4] = [1.0, 4.0, 16.0, 64.0];
 
 /// Maximum distance, in tolerances, by which a plane is moved outward to hold all vertices.
-const MOST_PUSH: f64 = 8.0;
+const MAX_PUSH: f64 = 8.0;
 
 /// Checks each point by itself: finite, within range, and enough of them.
 pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(HullError::NotFinite(i));
     }
-    if let Some(i) = points.iter().position(|p| p.abs().max_element() > limits::POSITION.most) {
+    if let Some(i) = points.iter().position(|p| p.abs().max_element() > limits::POSITION.maximum) {
         return Err(HullError::TooLarge(i));
     }
     if points.len() < 4 {
@@ -51,14 +51,14 @@ pub(super) fn check_planes(
     planes: &[Plane],
     faces: &[Vec<u16>],
 ) -> Result<(), HullError> {
-    let most = 2.0 * MOST_PUSH * COARSER[COARSER.len() - 1] * Cloud::new(vertices).tolerance;
+    let maximum = 2.0 * MAX_PUSH * COARSER[COARSER.len() - 1] * Cloud::new(vertices).tolerance;
     for (plane, face) in planes.iter().zip(faces) {
         let normal = DVec3::from(plane.normal);
         let is_unit = (normal.length() - 1.0).abs() < 1.0e-5;
         let offset = f64::from(plane.offset);
         let height = |v: &Vec3| normal.dot(DVec3::from(*v)) - offset;
-        let on = face.iter().all(|v| height(&vertices[usize::from(*v)]) >= -most);
-        if !(is_unit && on && vertices.iter().all(|v| height(v) <= most)) {
+        let on = face.iter().all(|v| height(&vertices[usize::from(*v)]) >= -maximum);
+        if !(is_unit && on && vertices.iter().all(|v| height(v) <= maximum)) {
             return Err(HullError::Numerical);
         }
     }
@@ -71,11 +71,11 @@ pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, Hu
     }
     check_points(points)?;
     let cloud = Cloud::new(points);
-    let limit = max_vertices.min(MOST_VERTICES);
+    let limit = max_vertices.min(MAX_VERTICES);
     for (k, factor) in COARSER.iter().enumerate() {
         let tolerance = cloud.tolerance * factor;
-        let least = greater(tolerance * LEAST_TOLERANCES, LEAST_LENGTH);
-        let triangles = match triangulate(&cloud.relative, limit, tolerance, least) {
+        let minimum = greater(tolerance * MIN_TOLERANCES, MIN_LENGTH);
+        let triangles = match triangulate(&cloud.relative, limit, tolerance, minimum) {
             Ok(triangles) => triangles,
             #[expect(clippy::cast_possible_truncation, reason = "for a message")]
             Err(Failure::Flat(t)) if k == 0 => return Err(HullError::Flat(t as f32)),
@@ -161,13 +161,13 @@ impl<'a> Cloud<'a> {
         let offset = highest(used);
         let lowest = face.iter().map(|v| height(*v)).fold(f64::MAX, lesser);
         let depth = used.iter().map(|v| offset - height(*v)).fold(0.0, greater);
-        if offset - lowest > MOST_PUSH * tolerance
-            || highest(corners) - offset > MOST_PUSH * tolerance
+        if offset - lowest > MAX_PUSH * tolerance
+            || highest(corners) - offset > MAX_PUSH * tolerance
             || depth < tolerance
         {
             return None;
         }
-        if dent(&self.relative, face, exact) > MOST_PUSH * tolerance {
+        if dent(&self.relative, face, exact) > MAX_PUSH * tolerance {
             return None;
         }
         #[expect(clippy::cast_possible_truncation, reason = "rounded to the type of planes")]

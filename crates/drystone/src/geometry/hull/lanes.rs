@@ -9,7 +9,8 @@ use fearless_simd::Simd;
 use super::{HalfEdge, Plane};
 use crate::base::math::{Mat3, Vec3, greater, lesser, vec3};
 use crate::base::simd::wide::{
-    ALL, LANES, Lanes, Vec3w, above, bits, lanes_in_use, least, load, max, min, most, splat,
+    ALL, LANES, Lanes, Vec3w, above, bits, lanes_in_use, load, max, min, reduce_max, reduce_min,
+    splat,
 };
 
 /// Eight vectors, one array per coordinate.
@@ -190,8 +191,8 @@ impl HullLanes {
             low = Vec3w { x: min(v.x, low.x), y: min(v.y, low.y), z: min(v.z, low.z) };
             high = Vec3w { x: max(v.x, high.x), y: max(v.y, high.y), z: max(v.z, high.z) };
         }
-        let low = vec3(least(low.x), least(low.y), least(low.z));
-        (low, vec3(most(high.x), most(high.y), most(high.z)))
+        let low = vec3(reduce_min(low.x), reduce_min(low.y), reduce_min(low.z));
+        (low, vec3(reduce_max(high.x), reduce_max(high.y), reduce_max(high.z)))
     }
 
     /// Edge number `k`.
@@ -205,26 +206,26 @@ impl HullLanes {
 
     /// Minimum of `n` · v over the vertices.
     #[inline(always)]
-    pub(crate) fn least_along<S: Simd>(&self, simd: S, n: Vec3) -> f32 {
-        least_along(simd, &self.vertices, n)
+    pub(crate) fn min_along<S: Simd>(&self, simd: S, n: Vec3) -> f32 {
+        min_along(simd, &self.vertices, n)
     }
 
-    /// Returns the first vertex whose `n` · v equals `least`, the result of [`Self::least_along`].
+    /// Returns the first vertex whose `n` · v equals `minimum`, the result of [`Self::min_along`].
     #[inline(always)]
-    pub(crate) fn lowest_at<S: Simd>(&self, simd: S, n: Vec3, least: f32) -> usize {
-        lowest_at(simd, &self.vertices, n, least)
+    pub(crate) fn lowest_at<S: Simd>(&self, simd: S, n: Vec3, minimum: f32) -> usize {
+        lowest_at(simd, &self.vertices, n, minimum)
     }
 
     /// Returns the vertex with the minimum of `n` · v, the first of several.
     #[inline(always)]
     pub(crate) fn lowest_vertex<S: Simd>(&self, simd: S, n: Vec3) -> usize {
-        self.lowest_at(simd, n, self.least_along(simd, n))
+        self.lowest_at(simd, n, self.min_along(simd, n))
     }
 
     /// Returns the face whose normal is most opposite to `n`, the first of several.
     #[inline(always)]
     pub(crate) fn face_against<S: Simd>(&self, simd: S, n: Vec3) -> usize {
-        lowest_at(simd, &self.normals, n, least_along(simd, &self.normals, n))
+        lowest_at(simd, &self.normals, n, min_along(simd, &self.normals, n))
     }
 
     /// Returns the face with the largest distance to `p` [local], the first of several.
@@ -250,7 +251,7 @@ impl HullLanes {
         for (n, offset) in self.planes() {
             far = max(n.load(simd).dot(p) - load(simd, offset), far);
         }
-        most(far)
+        reduce_max(far)
     }
 
     /// Lists the edges, by their first half-edges, along which a body that contains `p` may be
@@ -275,8 +276,8 @@ impl HullLanes {
         for (group, (edges, bounds)) in self.edges.iter().zip(&self.edge_bounds).enumerate() {
             let d = edges.normals[0].load(simd).dot(p) - load(simd, &bounds.offsets[0]);
             let e = edges.normals[1].load(simd).dot(p) - load(simd, &bounds.offsets[1]);
-            let least = positive * load(simd, &bounds.cos) + rest;
-            let mut found = !bits(above(least, max(d, e))) & lanes_in_use(self.edge_count, group);
+            let minimum = positive * load(simd, &bounds.cos) + rest;
+            let mut found = !bits(above(minimum, max(d, e))) & lanes_in_use(self.edge_count, group);
             while found != 0 {
                 let edge = group * LANES + found.trailing_zeros() as usize;
                 found &= found - 1;
@@ -290,47 +291,47 @@ impl HullLanes {
     /// Minimum and maximum of `n` · v over the vertices.
     #[inline]
     pub(crate) fn reach_along(&self, n: Vec3) -> (f32, f32) {
-        let (mut least, mut most) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+        let (mut minimum, mut maximum) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         for v in &self.vertices {
             let along = v.dot(n);
             for i in 0..LANES {
-                least[i] = lesser(along[i], least[i]);
-                most[i] = greater(along[i], most[i]);
+                minimum[i] = lesser(along[i], minimum[i]);
+                maximum[i] = greater(along[i], maximum[i]);
             }
         }
-        (smallest(&least), greatest(&most))
+        (smallest(&minimum), greatest(&maximum))
     }
 
     /// Number of the vertex farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn farthest_along(&self, n: Vec3) -> usize {
-        most_along(&self.vertices, n)
+        max_along(&self.vertices, n)
     }
 
     /// Number of the face whose normal is farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn face_along(&self, n: Vec3) -> usize {
-        most_along(&self.normals, n)
+        max_along(&self.normals, n)
     }
 }
 
 /// Minimum of `n` · v.
 #[inline(always)]
-fn least_along<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3) -> f32 {
+fn min_along<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3) -> f32 {
     let n = Vec3w::splat(simd, n);
     let mut low = splat(simd, f32::INFINITY);
     for v in vectors {
         low = min(n.dot(v.load(simd)), low);
     }
-    least(low)
+    reduce_min(low)
 }
 
-/// Returns the first vector whose `n` · v equals `least`, the result of [`least_along`].
+/// Returns the first vector whose `n` · v equals `minimum`, the result of [`min_along`].
 #[inline(always)]
-fn lowest_at<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3, least: f32) -> usize {
-    let (n, least) = (Vec3w::splat(simd, n), splat(simd, least));
+fn lowest_at<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3, minimum: f32) -> usize {
+    let (n, minimum) = (Vec3w::splat(simd, n), splat(simd, minimum));
     for (group, v) in vectors.iter().enumerate() {
-        let lowest = ALL & !bits(above(n.dot(v.load(simd)), least));
+        let lowest = ALL & !bits(above(n.dot(v.load(simd)), minimum));
         if lowest != 0 {
             return group * LANES + lowest.trailing_zeros() as usize;
         }
@@ -351,32 +352,32 @@ fn groups(vectors: &[Vec3]) -> Vec<Vectors> {
 }
 
 /// Number of the vector farthest along `n`, the first of several; 0 if nothing compares.
-fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
-    let mut most = [f32::NEG_INFINITY; LANES];
+fn max_along(vectors: &[Vectors], n: Vec3) -> usize {
+    let mut maximum = [f32::NEG_INFINITY; LANES];
     for v in vectors {
         let along = v.dot(n);
         for i in 0..LANES {
-            most[i] = greater(along[i], most[i]);
+            maximum[i] = greater(along[i], maximum[i]);
         }
     }
-    let most = greatest(&most);
+    let maximum = greatest(&maximum);
     // A second pass instead of carrying the numbers along, for which compilers make poor code.
     for (g, v) in vectors.iter().enumerate() {
-        if let Some(i) = first_reaching(&v.dot(n), most) {
+        if let Some(i) = first_reaching(&v.dot(n), maximum) {
             return g * LANES + i;
         }
     }
     0
 }
 
-/// Returns the first lane that is at least `least`.
+/// Returns the first lane that is at least `minimum`.
 #[inline]
-fn first_reaching(group: &Lanes, least: f32) -> Option<usize> {
+fn first_reaching(group: &Lanes, minimum: f32) -> Option<usize> {
     let mut any = false;
     for d in group {
-        any |= *d >= least;
+        any |= *d >= minimum;
     }
-    any.then(|| group.iter().position(|d| *d >= least)).flatten()
+    any.then(|| group.iter().position(|d| *d >= minimum)).flatten()
 }
 
 /// The largest lane. Not inlined: otherwise the compiler lays out the preceding loops for it.

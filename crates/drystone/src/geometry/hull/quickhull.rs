@@ -73,15 +73,15 @@ struct Builder<'a> {
 }
 
 /// Computes the surface around `points`, with at most `max_vertices` corners, farthest points
-/// first. `points` are relative to a center near them; if they are thinner than `least`, they are
+/// first. `points` are relative to a center near them; if they are thinner than `minimum`, they are
 /// flat.
 pub(super) fn triangulate(
     points: &[DVec3],
     max_vertices: usize,
     tolerance: f64,
-    least: f64,
+    minimum: f64,
 ) -> Result<Vec<Triangle>, Failure> {
-    let corners = simplex(points, least)?;
+    let corners = simplex(points, minimum)?;
     let [a, b, c, _] = corners.map(|i| points[i]);
     let size = greater((b - a).length(), (c - a).length());
     let mut builder = Builder {
@@ -107,7 +107,7 @@ pub(super) fn triangulate(
 }
 
 /// Finds four points far apart, the last below the triangle of the other three.
-fn simplex(points: &[DVec3], least: f64) -> Result<[usize; 4], Failure> {
+fn simplex(points: &[DVec3], minimum: f64) -> Result<[usize; 4], Failure> {
     // The other coordinates break ties: otherwise a point inside a flat face could become a corner
     // and use up the vertex limit.
     let keys: [fn(DVec3) -> [f64; 3]; 3] =
@@ -133,18 +133,18 @@ fn simplex(points: &[DVec3], least: f64) -> Result<[usize; 4], Failure> {
         }
     }
     let (length, a, b) = pair;
-    if length <= least {
+    if length <= minimum {
         return Err(Failure::Flat(0.0));
     }
     let along = (points[b] - points[a]) * (1.0 / length);
     let (width, c) = farthest(points, |p| along.cross(p - points[a]).length());
-    if width <= least {
+    if width <= minimum {
         return Err(Failure::Flat(0.0));
     }
     let normal = along.cross(points[c] - points[a]);
     let normal = normal * (1.0 / normal.length());
     let (thickness, d) = farthest(points, |p| normal.dot(p - points[a]).abs());
-    if thickness <= least {
+    if thickness <= minimum {
         return Err(Failure::Flat(thickness));
     }
     let below = normal.dot(points[d] - points[a]) < 0.0;

@@ -20,7 +20,7 @@ const ROUNDING: f32 = 4.8e-7;
 const THIN: f32 = 0.1;
 
 /// Maximum number of corners or edges that a search visits: it stays short in any mesh.
-const MOST: usize = 1024;
+const MAX: usize = 1024;
 
 /// Distance [m] up to which another corner counts as the same as a corner of a triangle.
 fn tolerance(corners: [Vec3; 3]) -> f32 {
@@ -36,7 +36,7 @@ pub(super) fn lone(edges: &[Edge]) -> Vec<Edge> {
     edges.chunk_by(|x, y| x.ends == y.ends).filter(|s| s.len() == 1).flatten().copied().collect()
 }
 
-/// Calls `visit` with the items whose boxes overlap `bounds`; at most [`MOST`] items.
+/// Calls `visit` with the items whose boxes overlap `bounds`; at most [`MAX`] items.
 fn around(tree: &Bvh, bounds: &Aabb, stack: &mut Vec<u32>, mut visit: impl FnMut(usize)) {
     stack.clear();
     stack.extend(tree.root());
@@ -50,7 +50,7 @@ fn around(tree: &Bvh, bounds: &Aabb, stack: &mut Vec<u32>, mut visit: impl FnMut
             Children::Item(item) => {
                 visit(item as usize);
                 seen += 1;
-                if seen == MOST {
+                if seen == MAX {
                     return;
                 }
             }
@@ -63,10 +63,10 @@ fn around(tree: &Bvh, bounds: &Aabb, stack: &mut Vec<u32>, mut visit: impl FnMut
 pub(super) fn weld(vertices: &[Vec3], triangles: &[[u32; 3]], lone: &[Edge], welded: &mut [u32]) {
     let mut reach = vec![f32::INFINITY; vertices.len()];
     for t in triangles {
-        let most = tolerance(t.map(|i| vertices[i as usize]));
+        let maximum = tolerance(t.map(|i| vertices[i as usize]));
         for i in t {
             let place = welded[*i as usize] as usize;
-            reach[place] = lesser(reach[place], most);
+            reach[place] = lesser(reach[place], maximum);
         }
     }
     let mut places: Vec<u32> = lone.iter().flat_map(|edge| edge.ends).collect();

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, SimdBase};
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
 use crate::base::simd::wide::{
-    LANES, Wide, above, bits, least, load, max, min, prefetch, select, splat,
+    LANES, Wide, above, bits, load, max, min, prefetch, reduce_min, select, splat,
 };
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 use crate::geometry::bvh::{Bvh, Children};
@@ -116,7 +116,7 @@ impl Tree {
                 }
             }
         }
-        least(others)
+        reduce_min(others)
     }
 
     /// Calls `visit` with every pack whose box the segment up to `t = max_fraction` may hit, near

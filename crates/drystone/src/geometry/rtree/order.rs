@@ -148,19 +148,19 @@ fn middle_of(boxes: &[(u32, Aabb)], large: i64) -> (Vec3, f64) {
     }
     #[expect(clippy::cast_possible_truncation, reason = "rounding is harmless")]
     let middle = Vec3 { x: mean[0] as f32, y: mean[1] as f32, z: mean[2] as f32 };
-    let most = deviation.iter().fold(0.0_f64, |a, b| if *b > a { *b } else { a });
-    (middle, most / n)
+    let maximum = deviation.iter().fold(0.0_f64, |a, b| if *b > a { *b } else { a });
+    (middle, maximum / n)
 }
 
 fn cell(from_middle: Vec3, scale: f32) -> [u32; 3] {
-    const MOST: f32 = 2047.0;
+    const MAX: f32 = 2047.0;
     let mut cell = [0; 3];
     for i in 0..3 {
         let x = from_middle[i] * scale + 1024.0;
         // NaN becomes 0.
         let x = if x > 0.0 { x } else { 0.0 };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let x = if x < MOST { x as u32 } else { MOST as u32 };
+        let x = if x < MAX { x as u32 } else { MAX as u32 };
         cell[i] = x;
     }
     cell

@@ -41,10 +41,13 @@ pub(super) fn elastic(joint: &Joint, six: &Six, bodies: &Bodies) -> f64 {
     for (i, axis) in acting.iter().enumerate().filter(|(_, axis)| axis.is_scalar()) {
         let x = f64::from(x(i));
         if let Some(drive) = axis.drive {
-            let (k, most) = (stiffness(i, &drive.spring), f64::from(drive.max_force));
+            let (k, maximum) = (stiffness(i, &drive.spring), f64::from(drive.max_force));
             let off = (x - f64::from(drive.position)).abs();
-            sum +=
-                if k * off <= most { 0.5 * k * off * off } else { most * (off - 0.5 * most / k) };
+            sum += if k * off <= maximum {
+                0.5 * k * off * off
+            } else {
+                maximum * (off - 0.5 * maximum / k)
+            };
         }
         if let JointMotion::Limited { min, max, spring: Some(spring) } = axis.motion {
             let off = (f64::from(min) - x).max(x - f64::from(max)).max(0.0);

@@ -136,12 +136,12 @@ pub(crate) struct StillnessRule {
 }
 
 /// Minimum time until sleep for three marks one step apart, in steps.
-const LEAST_STEPS: f32 = 2.5;
+const MIN_STEPS: f32 = 2.5;
 
 impl SleepConfig {
     /// Time until sleep [s], long enough for the marks.
     pub(crate) fn wait(&self, dt: f32) -> f32 {
-        self.time.max(LEAST_STEPS * dt)
+        self.time.max(MIN_STEPS * dt)
     }
 }
 
@@ -273,7 +273,7 @@ impl Stillness {
     fn judge(&mut self, rule: &StillnessRule, [first, second, here]: [&Mark; 3], body: &Body) {
         let size = size(body, rule.length);
         let times = [second.at - first.at, here.at - second.at];
-        let times = times.map(|time| time.clamp(TIME_STEP.least, LONGEST));
+        let times = times.map(|time| time.clamp(TIME_STEP.minimum, LONGEST));
         let [before, after] = [Way::between(first, second), Way::between(second, here)];
         let whole = Way::between(first, here).length(size);
         let per = times.map(|time| 1.0 / time);
@@ -290,9 +290,9 @@ impl Stillness {
         let lasts = apart <= LASTS * sway;
         let square = times[0] * times[1];
         let load = pull(rule.gravity, body).1 + body.history.load / body.inertia.mass;
-        let most = BALANCE * load * square + rounding;
-        self.verdict = if sway > most && lasts {
-            Verdict::Sways(sway / square, most / square)
+        let maximum = BALANCE * load * square + rounding;
+        self.verdict = if sway > maximum && lasts {
+            Verdict::Sways(sway / square, maximum / square)
         } else if whole > creep {
             let time = times[0] + times[1];
             Verdict::Creeps(whole / time, creep / time)
@@ -305,10 +305,10 @@ impl Stillness {
     pub(crate) fn is_sound(&self) -> bool {
         let numbers = match self.verdict {
             Verdict::Rests => [0.0; 2],
-            Verdict::Creeps(is, most) | Verdict::Sways(is, most) => [is, most],
+            Verdict::Creeps(is, maximum) | Verdict::Sways(is, maximum) => [is, maximum],
         };
         let marks = self.marks.iter().all(|mark| {
-            let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
+            let (far, fast) = (limits::POSITION_KEPT.maximum, limits::SPEED_KEPT.maximum);
             let placed = mark.center.is_below(far) && mark.rotation.is_normalized();
             placed && mark.v.is_below(fast) && mark.w.is_below(fast) && mark.at.is_finite()
         });

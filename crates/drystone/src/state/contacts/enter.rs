@@ -16,7 +16,7 @@ use crate::state::bodies::{Bodies, NONE, Track};
 const PREFETCH: usize = 4;
 
 /// Minimum number of contacts for parallel work.
-const LEAST: usize = 64;
+const MIN: usize = 64;
 
 /// A new contact, from the detection of its pair until it is in all lists.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,7 +85,7 @@ impl Contacts {
         watched.probes.copy_within(first..first + moved, to);
         watched.awake += active;
         let (table, watched) = (&*rows, &*watched);
-        for_ranges(jobs, moved, grain(jobs, moved, LEAST), |range| {
+        for_ranges(jobs, moved, grain(jobs, moved, MIN), |range| {
             range.for_each(|i| watched.tell(to + i, table));
         });
         let mut next = [number(first + asleep + active), number(first)];
@@ -104,7 +104,7 @@ impl Contacts {
         let slots = rows.lend(apart);
         let watches = Rows::new(&mut watched.watches, apart);
         let probes = Rows::new(&mut watched.probes, apart);
-        for_ranges(jobs, new.len(), grain(jobs, new.len(), LEAST), |range| {
+        for_ranges(jobs, new.len(), grain(jobs, new.len(), MIN), |range| {
             for n in &new[range] {
                 let Some(contact) = slots.row(n.row as usize) else { continue };
                 contact.probe.set(n.place);

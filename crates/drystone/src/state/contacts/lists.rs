@@ -7,7 +7,7 @@ use crate::state::bodies::NONE;
 use crate::state::bodies::body::Body;
 
 /// Minimum number of list changes per owner.
-const LEAST: usize = 64;
+const MIN: usize = 64;
 
 /// Assignment of lists to owners. The number of owners is a power of two, and the last bits of a
 /// body's row select its owner.
@@ -19,8 +19,8 @@ pub(super) struct Owners {
 impl Owners {
     /// Owners for this number of changes.
     pub(super) fn of(changes: usize, jobs: &Jobs<'_>) -> Self {
-        let most = (changes / LEAST).clamp(1, jobs.workers());
-        Self { mask: (1 << most.ilog2()) - 1 }
+        let maximum = (changes / MIN).clamp(1, jobs.workers());
+        Self { mask: (1 << maximum.ilog2()) - 1 }
     }
 
     pub(super) const fn len(self) -> usize {

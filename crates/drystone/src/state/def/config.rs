@@ -57,7 +57,7 @@ pub struct InertiaConfig {
     /// (the default): the method's own, 8 for `soft-step` and 1 for `soft-step-relax`. If `refine`
     /// is 1, loads above 5 times the load of that factor raise it further, up to three times this
     /// value.
-    pub most: f32,
+    pub max_factor: f32,
     /// Load per mass above which the factor of a body grows [m/s²], above 0; default 30, the weight
     /// of about 3 bodies of the same mass on top. It is multiplied by
     /// [`WorldConfig::length_scale`].
@@ -242,7 +242,7 @@ impl Default for WorldConfig {
                 restitution_speed: 0.0,
                 hit_speed: 1.0,
             },
-            inertia: InertiaConfig { most: 0.0, threshold: 30.0, refine: 1 },
+            inertia: InertiaConfig { max_factor: 0.0, threshold: 30.0, refine: 1 },
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0, refine: 4 },
             particle: ParticleConfig {
                 form: ParticleForm::Own,
@@ -283,7 +283,7 @@ impl WorldConfig {
         "contact.recycle_distance",
         "contact.restitution_speed",
         "contact.hit_speed",
-        "inertia.most",
+        "inertia.max_factor",
         "inertia.threshold",
         "inertia.refine",
         "joint.hertz",
@@ -316,7 +316,7 @@ impl WorldConfig {
             ("contact.recycle_distance", limits::CONTACT_DISTANCE, &mut c.recycle_distance),
             ("contact.restitution_speed", limits::THRESHOLD, &mut c.restitution_speed),
             ("contact.hit_speed", limits::THRESHOLD, &mut c.hit_speed),
-            ("inertia.most", limits::INERTIA_FACTOR, &mut i.most),
+            ("inertia.max_factor", limits::INERTIA_FACTOR, &mut i.max_factor),
             ("inertia.threshold", limits::THRESHOLD_ABOVE_ZERO, &mut i.threshold),
             ("joint.hertz", limits::FREQUENCY, &mut j.hertz),
             ("joint.damping_ratio", limits::DAMPING_RATIO, &mut j.damping_ratio),

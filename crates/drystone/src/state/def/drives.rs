@@ -99,10 +99,10 @@ impl Drives<'_> {
     /// True if a body has stopped although a surface drives it at this speed [m/s].
     fn is_held(&self, row: u32, speed: f32) -> bool {
         let body = self.bodies.at(row);
-        let most = (HELD * size(body, self.length)).min(STALLED * speed * self.spacing)
+        let maximum = (HELD * size(body, self.length)).min(STALLED * speed * self.spacing)
             + rounding(body, self.length);
         let means = self.bodies.stillness[row as usize].means;
-        means.iter().all(|mean| mean.length(size(body, self.length)) * self.spacing <= most)
+        means.iter().all(|mean| mean.length(size(body, self.length)) * self.spacing <= maximum)
     }
 
     /// Sum of the surface speeds of a contact [m/s].
@@ -170,8 +170,8 @@ impl Drives<'_> {
         let ends = [joint.body_a, joint.body_b].map(|row| self.bodies.at(row));
         let rounding: f32 =
             ends.iter().filter(|b| b.is_dynamic()).map(|b| rounding(b, self.length)).sum();
-        let most = (part * size / reach).min(STALLED * speed * self.spacing) + rounding / reach;
-        speeds.iter().any(|speed| speed * self.spacing > most)
+        let maximum = (part * size / reach).min(STALLED * speed * self.spacing) + rounding / reach;
+        speeds.iter().any(|speed| speed * self.spacing > maximum)
     }
 
     /// Size of the smaller dynamic body of a joint [m].

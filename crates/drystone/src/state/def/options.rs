@@ -159,7 +159,7 @@ pub struct MethodOptions {
 }
 
 /// Maximum number of sweeps.
-const MOST_SWEEPS: u32 = 100_000;
+const MAX_SWEEPS: u32 = 100_000;
 
 impl MethodOptions {
     /// Sets an option from text; `None` if no option has this path.
@@ -190,7 +190,7 @@ impl MethodOptions {
             }
             "method.damping" => put(&mut self.damping, path, t, Damping::named(t), Damping::WORDS),
             "method.sweeps" => {
-                let value = t.parse().ok().filter(|n| *n <= MOST_SWEEPS);
+                let value = t.parse().ok().filter(|n| *n <= MAX_SWEEPS);
                 put(&mut self.sweeps, path, t, value, &["from 0 (the method's own) to 100000"])
             }
             _ => return None,
@@ -198,7 +198,7 @@ impl MethodOptions {
     }
 
     pub(crate) fn check_numbers(&self) -> Result<(), DefError> {
-        if self.sweeps > MOST_SWEEPS {
+        if self.sweeps > MAX_SWEEPS {
             let allowed = "from 0 (the method's own) to 100000";
             return Err(DefError::new("method.sweeps", self.sweeps, allowed));
         }

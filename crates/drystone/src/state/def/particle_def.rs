@@ -196,20 +196,20 @@ pub(crate) fn check_length(length: f32) -> Result<(), DefError> {
 
 /// Maximum stiffness [N/m] and damping [N s/m] of a link. Products of larger values with masses and
 /// times would not be normal numbers.
-pub(crate) const MOST_RATE: f32 = 1.0e9;
+pub(crate) const MAX_RATE: f32 = 1.0e9;
 
 pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {
-    let within = |field: &str, value: f32, most: f32| {
+    let within = |field: &str, value: f32, maximum: f32| {
         at_least_zero(field, value)?;
-        if value <= most {
+        if value <= maximum {
             return Ok(());
         }
         Err(DefError::new(field, value, "at most 1e9, or 1e5 for a frequency"))
     };
     match *spring {
         LinkSpring::Rate { stiffness, damping } => {
-            within("stiffness", stiffness, MOST_RATE)?;
-            within("damping", damping, MOST_RATE)
+            within("stiffness", stiffness, MAX_RATE)?;
+            within("damping", damping, MAX_RATE)
         }
         LinkSpring::Frequency { hertz, damping_ratio } => {
             within("hertz", hertz, 1.0e5)?;

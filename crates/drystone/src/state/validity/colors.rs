@@ -7,7 +7,7 @@ use crate::state::tables::Tables;
 
 /// Limit on the index of a color, above the number of constraints on one body in any world. Larger
 /// indices would take memory.
-const MOST_COLORS: u32 = 1 << 20;
+const MAX_COLORS: u32 = 1 << 20;
 
 /// Fills the colors. Constraints of one color must share no dynamic body, and each body's count of
 /// constraints must be correct.
@@ -30,7 +30,7 @@ pub(crate) fn find_colors(tables: &mut Tables) -> Check {
             (false, 1) => &mut colors.contacts_fixed,
             _ => return Err("a color has what moves no body"),
         };
-        holds(place.color < MOST_COLORS, "there are too many colors")?;
+        holds(place.color < MAX_COLORS, "there are too many colors")?;
         let Some(place) = coloring.insert_at(place.color, *row, dynamic) else {
             return Err("constraints of a color share a body");
         };

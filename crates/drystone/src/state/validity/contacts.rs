@@ -84,10 +84,11 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
     let finite = impulses.into_iter().all(f32::is_finite) && vectors.iter().all(|v| v.is_finite());
     holds(finite, "a contact has a part that is no number")?;
     // No point is farther from its body's center than two positions are apart.
-    let most = 4.0 * limits::POSITION_KEPT.most;
-    let near =
-        |p: &Point| p.r_a.is_below(most) && p.separation.abs() <= most && p.base.abs() <= most;
-    let placed = c.offset.is_below(most) && c.points().iter().all(near);
+    let maximum = 4.0 * limits::POSITION_KEPT.maximum;
+    let near = |p: &Point| {
+        p.r_a.is_below(maximum) && p.separation.abs() <= maximum && p.base.abs() <= maximum
+    };
+    let placed = c.offset.is_below(maximum) && c.points().iter().all(near);
     holds(placed, "a contact is nowhere")?;
     holds(c.count == 0 || is_direction(c.normal), "a contact has no direction")?;
     let recyclable = ShapeRow::are_recyclable(a, b);
@@ -98,11 +99,11 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
 /// be anything in range.
 fn is_surface(c: &Contact, of: &PairSurface) -> bool {
     let same = |x: f32, y: f32| x.to_bits() == y.to_bits();
-    let within = |x: f32, most: f32| (0.0..=most).contains(&x);
+    let within = |x: f32, maximum: f32| (0.0..=maximum).contains(&x);
     // Two surfaces may use the product of their coefficients.
-    let rubs = limits::FRICTION.most * limits::FRICTION.most;
+    let rubs = limits::FRICTION.maximum * limits::FRICTION.maximum;
     let asked = if c.traits.any(Traits::HOOKED) {
-        within(c.friction, rubs) && within(c.restitution, limits::RESTITUTION.most)
+        within(c.friction, rubs) && within(c.restitution, limits::RESTITUTION.maximum)
     } else {
         same(c.friction, of.friction) && same(c.restitution, of.restitution)
     };

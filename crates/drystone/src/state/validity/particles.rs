@@ -5,7 +5,7 @@ use crate::base::limits;
 use crate::base::simd::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::chains::ChainBlock;
-use crate::state::def::particle_def::{MOST_RATE, check_length, check_mass};
+use crate::state::def::particle_def::{MAX_RATE, check_length, check_mass};
 use crate::state::particles::{CROWD, LaneKind, LinkColor, Particles};
 
 /// Touches need no check, because they are only compared with new ones.
@@ -67,7 +67,7 @@ pub(crate) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
 }
 
 fn is_rate(rate: &f32) -> bool {
-    (0.0..=MOST_RATE).contains(rate)
+    (0.0..=MAX_RATE).contains(rate)
 }
 
 /// Checks the links of a color. Returns their number.

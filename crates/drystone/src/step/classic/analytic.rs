@@ -47,9 +47,9 @@ const HALVINGS: u32 = 30;
 /// Stiffness ρ of the first round, relative to the effective mass, and its limits.
 const STIFFNESS: f64 = 1.0e4;
 
-const MOST_STIFFNESS: f64 = 1.0e6;
+const MAX_STIFFNESS: f64 = 1.0e6;
 
-const LEAST_STIFFNESS: f64 = 1.0;
+const MIN_STIFFNESS: f64 = 1.0;
 
 /// Sweeps over the points of a scene that is too large for the direct solve, and sweeps before each
 /// restart of the rounds.
@@ -174,7 +174,7 @@ impl Analytic {
             self.set_slips();
             let (solves, left) = self.minimize(stiffness, 0.01 * TOLERANCE * scale);
             outcome.sweeps += solves;
-            if !(left <= 0.1 * TOLERANCE * scale) && stiffness > LEAST_STIFFNESS {
+            if !(left <= 0.1 * TOLERANCE * scale) && stiffness > MIN_STIFFNESS {
                 // Reduce a stiffness at which only rounding error is left: the impulses would have
                 // that error times the stiffness.
                 stiffness *= 0.1;
@@ -198,7 +198,7 @@ impl Analytic {
                 break;
             }
             if outcome.residual > 0.5 * before {
-                stiffness = (10.0 * stiffness).min(MOST_STIFFNESS);
+                stiffness = (10.0 * stiffness).min(MAX_STIFFNESS);
             }
         }
         if outcome.residual.is_infinite() {

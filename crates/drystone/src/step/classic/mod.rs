@@ -172,13 +172,13 @@ impl Scratch {
                 links.iter().for_each(|link| link.warm_start(movers));
                 0
             }
-            Pass::Bounce { sweeps: most, before_forces } => {
-                let most = if most > 0 { most } else { settings.sweeps };
+            Pass::Bounce { sweeps: maximum, before_forces } => {
+                let maximum = if maximum > 0 { maximum } else { settings.sweeps };
                 if !before_forces {
                     // The baseline method has joints too.
                     join(movers);
                 }
-                sweeps::bounce(sequence, most, h, before_forces, movers, pairs)
+                sweeps::bounce(sequence, maximum, h, before_forces, movers, pairs)
             }
             Pass::Stop => sweeps::stop(sequence, settings.sweeps, h, movers, pairs, join),
             Pass::Shock if settings.shock == Shock::Full => {

@@ -167,9 +167,9 @@ impl Pair {
         let l = -k.mul(b.w - a.w);
         let spin = self.normal * l.dot(self.normal);
         let roll = l - spin;
-        let limited = |v: Vec3, most: f32| {
+        let limited = |v: Vec3, maximum: f32| {
             let size = v.length();
-            if size > most { v * (most / size) } else { v }
+            if size > maximum { v * (maximum / size) } else { v }
         };
         let l = limited(spin, self.spinning * press) + limited(roll, self.rolling * press);
         for (row, sign) in [(self.a, -1.0), (self.b, 1.0)] {

@@ -114,14 +114,14 @@ fn pushed(
     if let Some(drive) = axis.drive {
         let error = x - drive.position;
         let new = given[0] + sprung(&drive.spring, error, u, drive.velocity, k, h, given[0]);
-        let most = drive.max_force * h;
-        let new = new.clamp(-most, most);
+        let maximum = drive.max_force * h;
+        let new = new.clamp(-maximum, maximum);
         sum += new - given[0];
         given[0] = new;
     }
     if axis.friction > 0.0 {
-        let most = axis.friction * h;
-        let new = (given[1] - (u + k * sum) / k).clamp(-most, most);
+        let maximum = axis.friction * h;
+        let new = (given[1] - (u + k * sum) / k).clamp(-maximum, maximum);
         sum += new - given[1];
         given[1] = new;
     }

@@ -20,18 +20,18 @@ const SHOCK_ROUNDS: u32 = 10;
 const PUSH_ROUNDS: u32 = 5;
 
 /// Bounces the points that approach and would overlap at the end of a substep of `h`, one by one,
-/// until none is left or after `most` sweeps. `before_forces`: future positions include the
+/// until none is left or after `maximum` sweeps. `before_forces`: future positions include the
 /// velocity that forces will add; the bounce uses the current velocity. Returns the number of
 /// sweeps.
 pub(crate) fn bounce(
     sequence: &Sequence,
-    most: u32,
+    maximum: u32,
     h: f32,
     before_forces: bool,
     movers: &mut [Mover],
     pairs: &mut [Pair],
 ) -> u32 {
-    for sweep in 0..most {
+    for sweep in 0..maximum {
         let mut any = false;
         for row in &sequence.pairs {
             let pair = &mut pairs[*row as usize];
@@ -53,7 +53,7 @@ pub(crate) fn bounce(
             return sweep;
         }
     }
-    most
+    maximum
 }
 
 /// Applies the collision rule's impulse for the relative velocity `u` at a point.

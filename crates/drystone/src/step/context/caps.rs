@@ -17,14 +17,14 @@ const FASTER: f32 = 7.0;
 
 /// Maximum of that additional speed [m/s; rad/s]. A body of half a meter then moves by a part of
 /// its size in a substep, so its rows remain valid.
-const MOST: f32 = 10.0;
+const MAX: f32 = 10.0;
 
 /// Maximum speed at which links and attachments of particles close [m/s], beside [`FASTER`]. Ropes
 /// that snap taut close their links at 3 m/s.
 const PARTICLES: f32 = 10.0;
 
-/// See [`Caps::least`]; whitened, for a length of 1 m.
-const LEAST: f32 = 1.0e-15;
+/// See [`Caps::minimum`]; whitened, for a length of 1 m.
+const MIN: f32 = 1.0e-15;
 
 /// Shortest substep that softness follows [s]. The maximum stable stiffness grows without bound as
 /// steps get short, and then turns errors of micrometers into velocities.
@@ -39,10 +39,10 @@ pub(crate) const SHORTEST_OF_PARTICLES: f32 = 1.0e-4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Caps {
     push: [f32; 2],
-    most: [f32; 2],
+    maximum: [f32; 2],
     particles: f32,
     /// Velocities below this have no visible effect: see the kernel of six-axis joints.
-    pub(crate) least: f32,
+    pub(crate) minimum: f32,
 }
 
 impl Caps {
@@ -51,9 +51,9 @@ impl Caps {
         let [motion, turn] = PUSH;
         Self {
             push: [motion * length, turn],
-            most: [MOST * length, MOST],
+            maximum: [MAX * length, MAX],
             particles: PARTICLES * length,
-            least: LEAST * length,
+            minimum: MIN * length,
         }
     }
 
@@ -65,14 +65,14 @@ impl Caps {
 
     /// Additional closing speed of a gap of this size on an axis, see [`FASTER`].
     pub(crate) fn beyond(&self, size: f64, axis: usize) -> f64 {
-        (f64::from(FASTER) * size).min(f64::from(self.most[axis / 3]))
+        (f64::from(FASTER) * size).min(f64::from(self.maximum[axis / 3]))
     }
 
     /// Maximum closing speed of an error of this size, where `any` is the maximum for small errors.
     #[inline(always)]
     fn fastest<S: Simd>(&self, simd: S, size: Wide<S>, any: f32) -> Wide<S> {
         let size = max(size, -size);
-        splat(simd, any) + min(size * splat(simd, FASTER), splat(simd, self.most[0]))
+        splat(simd, any) + min(size * splat(simd, FASTER), splat(simd, self.maximum[0]))
     }
 
     /// Closing speed of an axis with this `gap`: by `rate` [1/s], clamped to [`PUSH`] plus the part
@@ -81,16 +81,16 @@ impl Caps {
     /// its support, and that pushes both.)
     #[inline(always)]
     pub(crate) fn closing<S: Simd>(&self, simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
-        let most = self.fastest(simd, gap, self.push[0]);
-        min(max(gap * rate, -most), most)
+        let maximum = self.fastest(simd, gap, self.push[0]);
+        min(max(gap * rate, -maximum), maximum)
     }
 
     /// Closing speed of a link between particles that is too long by `error`, and whose spring
     /// would close it at `speed`.
     #[inline(always)]
     pub(crate) fn closing_link<S: Simd>(&self, simd: S, speed: Wide<S>, error: Wide<S>) -> Wide<S> {
-        let most = self.fastest_link(simd, error);
-        min(max(speed, -most), most)
+        let maximum = self.fastest_link(simd, error);
+        min(max(speed, -maximum), maximum)
     }
 
     /// Maximum closing speed of a link.
@@ -101,20 +101,21 @@ impl Caps {
 
     /// Closing speed of a joint's row whose spring would close it at `speed`.
     pub(crate) fn closing_axis(&self, speed: f32, error: f32, axis: usize) -> f32 {
-        let most = self.push[axis / 3] + (FASTER * error.abs()).min(self.most[axis / 3]);
-        speed.clamp(-most, most)
+        let maximum = self.push[axis / 3] + (FASTER * error.abs()).min(self.maximum[axis / 3]);
+        speed.clamp(-maximum, maximum)
     }
 
     /// Closing speed of a single row: a coupling, a pulley, an attachment. `is_turn`: the error is
     /// an angle.
     pub(crate) fn closing_row(&self, speed: f32, error: f32, is_turn: bool) -> f32 {
-        let most = self.fastest_row(error, is_turn);
-        speed.clamp(-most, most)
+        let maximum = self.fastest_row(error, is_turn);
+        speed.clamp(-maximum, maximum)
     }
 
     /// Maximum closing speed of a single row.
     pub(crate) fn fastest_row(&self, error: f32, is_turn: bool) -> f32 {
-        let (any, most) = if is_turn { (PARTICLES, MOST) } else { (self.particles, self.most[0]) };
-        any + (FASTER * error.abs()).min(most)
+        let (any, maximum) =
+            if is_turn { (PARTICLES, MAX) } else { (self.particles, self.maximum[0]) };
+        any + (FASTER * error.abs()).min(maximum)
     }
 }

@@ -43,7 +43,7 @@ const EASE: f32 = 0.4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadInertia {
     /// Maximum factor of a body at rest; 1: off.
-    pub(crate) most: f32,
+    pub(crate) maximum: f32,
     /// Heavily loaded islands subdivide their substeps, and greater loads have no greater factors:
     /// a load of 2000:1 on ten boxes was thrown off.
     pub(crate) in_parts: bool,
@@ -55,7 +55,7 @@ pub(crate) struct LoadInertia {
 
 impl LoadInertia {
     pub(crate) fn is_on(&self) -> bool {
-        self.most > 1.0
+        self.maximum > 1.0
     }
 
     /// True if the body's island needs more substeps: from three quarters of the maximum factor on,
@@ -64,18 +64,19 @@ impl LoadInertia {
     /// hops, is not loaded, and goes back.)
     pub(crate) fn wants_refining(&self, body: &Body) -> bool {
         body.history.inertia_factor
-            >= self.most * if body.history.subdivision == Subdivision::Loaded { 0.2 } else { 0.75 }
+            >= self.maximum
+                * if body.history.subdivision == Subdivision::Loaded { 0.2 } else { 0.75 }
     }
 
-    /// The factor for a load of `raw` thresholds: linear up to `most`, constant up to [`BEYOND`]
+    /// The factor for a load of `raw` thresholds: linear up to `maximum`, constant up to [`BEYOND`]
     /// times that, then growing as the root. No stack weighs that much, but a body dropped on one
     /// does. It then meets the resistance without which the stack would be crushed and fall.
     fn at_load(&self, raw: f32) -> f32 {
-        let beyond = raw / (BEYOND * self.most);
+        let beyond = raw / (BEYOND * self.maximum);
         if beyond > 1.0 && !self.in_parts {
-            self.most * beyond.sqrt().min(GREATEST)
+            self.maximum * beyond.sqrt().min(GREATEST)
         } else {
-            raw.clamp(1.0, self.most)
+            raw.clamp(1.0, self.maximum)
         }
     }
 

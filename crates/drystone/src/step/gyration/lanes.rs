@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch};
 
-use super::{COARSE_TURN, LARGEST_TURN, MOST_PARTS, Order, Spin, rotate_freely};
+use super::{COARSE_TURN, LARGEST_TURN, MAX_PARTS, Order, Spin, rotate_freely};
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
@@ -126,9 +126,9 @@ pub(crate) fn turn_eight<S: Simd>(simd: S, tops: &Tops, dt: f32, substeps: u32, 
         clippy::cast_sign_loss,
         reason = "1 to MOST_PARTS, or as many substeps"
     )]
-    let most = count.iter().fold(1, |most, parts| most.max(*parts as u32));
+    let maximum = count.iter().fold(1, |maximum, parts| maximum.max(*parts as u32));
     top.turn(simd, [0, 1, 2], half * b, parts.simd_ge(one));
-    for part in 1..=most {
+    for part in 1..=maximum {
         let part = splat(simd, f64::from(part));
         let takes_part = parts.simd_ge(part);
         top.turn(simd, [2, 0, 1], c, takes_part);
@@ -163,11 +163,11 @@ pub(crate) fn parts_of<S: Simd>(simd: S, substeps: u32, a: DWide<S>, b: DWide<S>
         parts = select(more, parts + one, parts);
         reach = select(more, reach + step, reach);
     }
-    let most = splat(simd, f64::from(MOST_PARTS));
+    let maximum = splat(simd, f64::from(MAX_PARTS));
     loop {
         let reach = splat(simd, COARSE_TURN) * parts;
         let enough = (reach * reach * reach).simd_ge(product);
-        let more = most.simd_gt(parts) & !enough;
+        let more = maximum.simd_gt(parts) & !enough;
         if !more.any_true() {
             return parts;
         }
@@ -179,24 +179,24 @@ pub(crate) fn parts_of<S: Simd>(simd: S, substeps: u32, a: DWide<S>, b: DWide<S>
 #[inline(always)]
 fn half_turns<S: Simd>(simd: S, x: DWide<S>) -> (DWide<S>, DWide<S>) {
     let (one, half, two) = (splat(simd, 1.0), splat(simd, 0.5), splat(simd, 2.0));
-    let (mut part, mut doublings, mut most) = (x, splat(simd, 0.0), 0_u32);
-    while most < 24 {
+    let (mut part, mut doublings, mut maximum) = (x, splat(simd, 0.0), 0_u32);
+    while maximum < 24 {
         let far = part.abs().simd_gt(splat(simd, 0.25));
         if !far.any_true() {
             break;
         }
         part = select(far, part * half, part);
         doublings = select(far, doublings + one, doublings);
-        most += 1;
+        maximum += 1;
     }
     let square = part * part;
     let mut sine = part * (one - square * splat(simd, 1.0 / 15.0));
     let mut cosine = one - splat(simd, 0.4) * square;
-    if most > 0 {
+    if maximum > 0 {
         let k = one / (sine * sine + cosine * cosine).sqrt();
         let doubled = doublings.simd_gt(splat(simd, 0.0));
         (sine, cosine) = (select(doubled, k * sine, sine), select(doubled, k * cosine, cosine));
-        for done in 0..most {
+        for done in 0..maximum {
             let more = doublings.simd_gt(splat(simd, f64::from(done)));
             let (s, c) = (two * sine * cosine, cosine * cosine - sine * sine);
             (sine, cosine) = (select(more, s, sine), select(more, c, cosine));

@@ -31,12 +31,12 @@ pub(super) fn recycle(
         let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
         let tilt = n_b - n_a;
         let count = usize::from(contact.count);
-        let mut least = f32::INFINITY;
+        let mut minimum = f32::INFINITY;
         for p in &mut contact.points[..count] {
             p.separation = p.base + (between + tilt.dot(p.r_a));
-            least = least.min(p.separation);
+            minimum = minimum.min(p.separation);
         }
-        if count > 0 && !(least <= ctx.margin) {
+        if count > 0 && !(minimum <= ctx.margin) {
             return false;
         }
         if contact.touching && lands {

@@ -80,15 +80,19 @@ pub(super) fn update(
     } else {
         let way = pose_a.local_direction(b.rotation.rotate(motion.velocity) * (1.1 * ctx.dt));
         let length = way.length();
-        let most = 2.0 * motion.radius;
+        let maximum = 2.0 * motion.radius;
         Reach {
             margin,
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
             corners: ahead > 2.0 * ctx.margin,
-            way: if length > most { way * (most / length) } else { way },
+            way: if length > maximum { way * (maximum / length) } else { way },
             is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
             // Room for some steps' displacement, if the two are apart and may skip tests.
-            room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
+            room: if contact.count > 0 {
+                0.0
+            } else {
+                (4.0 * ahead + 2.0 * ctx.margin).min(maximum)
+            },
             ..Reach::still(margin).in_lengths(ctx.length)
         }
     };
@@ -252,13 +256,13 @@ fn continue_parts(
     for (k, manifold) in made.iter().enumerate() {
         let normal = pose_a.direction(manifold.normal);
         let mut best = None;
-        let mut most = SAME_PART;
+        let mut maximum = SAME_PART;
         for slot in 0..MAX_PARTS {
             if order[slot].is_none()
                 && let Some(before) = old[slot]
-                && normal.dot(before) > most
+                && normal.dot(before) > maximum
             {
-                (best, most) = (Some(slot), normal.dot(before));
+                (best, maximum) = (Some(slot), normal.dot(before));
             }
         }
         match best {
@@ -347,7 +351,8 @@ mod tests {
     /// Long compounds of prisms and single ones over hills, at any angle, fast and slow.
     fn avalanche(random: &mut Random) -> World {
         #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
-        let mut between = |least: f32, most: f32| least + (most - least) * random.unit() as f32;
+        let mut between =
+            |minimum: f32, maximum: f32| minimum + (maximum - minimum) * random.unit() as f32;
         let mut world = World::default();
         world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(hills()))).unwrap();
         for i in 0..40_u8 {

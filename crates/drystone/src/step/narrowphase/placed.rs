@@ -91,7 +91,7 @@ pub(super) fn tell_loads(
     }
     let up = ctx.gravity * (-1.0 / gravity);
     let Scratch { seen, next, bears, stands, order } = scratch;
-    let put = Put { ctx, bodies, contacts, up, least: STILL * gravity * ctx.dt };
+    let put = Put { ctx, bodies, contacts, up, minimum: STILL * gravity * ctx.dt };
     next.clear();
     for change in changes.iter().flatten() {
         if let Change::Count(row) = change {
@@ -256,12 +256,13 @@ fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, force: Ve
     let impulse = force * (ctx.h / ctx.impulse_scale);
     let normal = impulse.dot(contact.normal);
     let tangent = impulse - contact.normal * normal;
-    let most = contact.friction * normal;
+    let maximum = contact.friction * normal;
     let count = f32::from(contact.count);
     for point in &mut contact.points[..usize::from(contact.count)] {
         point.impulse = normal / count;
     }
-    contact.tangent_impulse = tangent * (most / tangent.length().max(most).max(f32::MIN_POSITIVE));
+    contact.tangent_impulse =
+        tangent * (maximum / tangent.length().max(maximum).max(f32::MIN_POSITIVE));
     if !is_fine {
         settle_at_once(ctx, contact, [contact.body_a, contact.body_b].map(|row| bodies.at(row)));
     }
@@ -274,7 +275,7 @@ struct Put<'a> {
     contacts: &'a Contacts,
     up: Vec3,
     /// Minimum speed that counts as motion [m/s].
-    least: f32,
+    minimum: f32,
 }
 
 impl Put<'_> {
@@ -347,12 +348,12 @@ impl Put<'_> {
     /// does.
     fn may_bear(&self, c: &Contact, upper: u32) -> bool {
         let [a, b] = [c.body_a, c.body_b].map(|row| self.bodies.at(row));
-        let near = self.ctx.most_give([a, b]);
+        let near = self.ctx.max_give([a, b]);
         let deep = DEEP / GIVES * near;
         let turns = (b.w - a.w).length();
-        let least = self.least - turns * self.bodies.at(upper).extent;
+        let minimum = self.minimum - turns * self.bodies.at(upper).extent;
         let lies = c.points().iter().all(|p| p.separation < near && p.separation > -deep);
-        !c.traits.may_soften() && lies && is_still(c, [a, b], least)
+        !c.traits.may_soften() && lies && is_still(c, [a, b], minimum)
     }
 }
 

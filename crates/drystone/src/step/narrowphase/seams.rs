@@ -56,7 +56,7 @@ const ROUNDING: f32 = 2.4e-7;
 /// Maximum number of a shape's contacts that are tested for hiding another one. The test runs for
 /// every pair of them: a shape that lies in a hundred others took minutes a step. A ghost may stay
 /// where a shape has more contacts than that.
-const MOST_ASKED: u32 = 64;
+const MAX_ASKED: u32 = 64;
 
 /// Prefetch distance for contacts, in changes.
 const PREFETCH: usize = 8;
@@ -140,20 +140,20 @@ fn is_ground(under: &Body, body: &Body) -> bool {
 /// True if two dynamic bodies move against each other.
 #[inline]
 fn slides(ctx: &StepContext, a: &Body, b: &Body) -> bool {
-    let least = SLIDES * lesser(a.extent, b.extent);
+    let minimum = SLIDES * lesser(a.extent, b.extent);
     a.is_dynamic()
         && b.is_dynamic()
-        && (b.v - a.v).length_squared() * (ctx.dt * ctx.dt) > least * least
+        && (b.v - a.v).length_squared() * (ctx.dt * ctx.dt) > minimum * minimum
 }
 
 /// True if the contact is about to stop something; only such contacts can be ghosts. A row acts a
 /// substep before the touch, so in the last sweep it looks that far beyond the step.
 fn closes(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
-    let least = SLIDES * lesser(a.extent, b.extent);
+    let minimum = SLIDES * lesser(a.extent, b.extent);
     contact.points().iter().any(|p| {
         let v = b.velocity_at(p.r_a - contact.offset) - a.velocity_at(p.r_a);
         let gap = greater(p.separation - ctx.rest_offset, 0.0);
-        -contact.normal.dot(v) * (ctx.dt + ctx.h) > gap + least
+        -contact.normal.dot(v) * (ctx.dt + ctx.h) > gap + minimum
     })
 }
 
@@ -352,7 +352,7 @@ impl<'a> Seen<'a> {
                     && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
                     && !self.contacts.at(on.row).sensor;
                 asked += u32::from(may_hide);
-                if !may_hide || asked > MOST_ASKED {
+                if !may_hide || asked > MAX_ASKED {
                     return None;
                 }
                 let normal = self.hides(on.row, &self.side(on.row, on.side), &doubted)?;
@@ -387,11 +387,11 @@ impl<'a> Seen<'a> {
         let rounding = ROUNDING * far;
         // The point must be at the plane; a body that has left the carrying shape meets points far
         // below it.
-        let least = plane.at - (plane.deepest + self.ctx.margin);
+        let minimum = plane.at - (plane.deepest + self.ctx.margin);
         let mut at = Vec3::ZERO;
         for p in past.contact.points() {
             at = p.r_a - past.origin + shift;
-            if n1.dot(at) < least {
+            if n1.dot(at) < minimum {
                 return None;
             }
             // A mesh may extend anywhere, but the touched edge must lie under the plane.

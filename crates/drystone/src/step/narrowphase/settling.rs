@@ -34,7 +34,7 @@ const STIRS: f32 = 2.0;
 
 /// Maximum shift of the surface, in half thicknesses of the thinner body. Beyond it a stack swings
 /// without end, and a wedged body is pressed without end.
-const MOST: f32 = 4.0;
+const MAX: f32 = 4.0;
 
 /// Springs of substeps shorter than this [s] are stiffer than those of a usual step.
 const USUAL: f32 = 1.0 / 480.0;
@@ -49,12 +49,12 @@ const LEVER: f32 = 8.0;
 /// Moves the rest surface of the contact's spring.
 pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
     let [a, b] = bodies;
-    let most = ctx.most_give(bodies);
+    let maximum = ctx.max_give(bodies);
     let soft = spring(ctx, bodies);
     let inverse = |body: &Body| if body.is_dynamic() { 1.0 / body.inertia.mass } else { 0.0 };
     let load = contact.points().iter().map(|p| p.impulse).fold(0.0, f32::max);
     let speed = load * (inverse(a) + inverse(b)) * LEVER;
-    let is_thick = ctx.rest_offset <= most && !(speed * soft.impulse > most * soft.rate);
+    let is_thick = ctx.rest_offset <= maximum && !(speed * soft.impulse > maximum * soft.rate);
     let settled = contact.settled();
     if is_thick && settled == 0.0 || !ctx.is_soft || contact.sensor || !(soft.rate > 0.0) {
         return;
@@ -81,8 +81,8 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         && let Some(Pressed { separation, speed, answer }) = pressed(ctx, contact, bodies)
     {
         // The rest offset is smaller for thin bodies too.
-        let rest = ctx.rest_offset.min(most);
-        let excess = separation - separation.clamp(rest - most, rest);
+        let rest = ctx.rest_offset.min(maximum);
+        let excess = separation - separation.clamp(rest - maximum, rest);
         let weights = answer / (ctx.gravity.length() * ctx.h);
         let time = (TIME * weights).clamp(TIMES[0], TIMES[1]);
         next = settled;
@@ -91,11 +91,11 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
             // it is.
             let shorter = (USUAL / ctx.h).max(1.0);
             let gives = answer * (soft.impulse / soft.rate) * (shorter * shorter);
-            let gives = gives.min(MOST / GIVES * most);
+            let gives = gives.min(MAX / GIVES * maximum);
             next = (settled - excess * (ctx.dt / time).min(0.5)).min(gives).max(-ctx.rest_offset);
         }
         // A contact far from its final depth must not sleep.
-        goes = excess.abs() > most && (next - settled).abs() * time > 0.1 * most * ctx.dt;
+        goes = excess.abs() > maximum && (next - settled).abs() * time > 0.1 * maximum * ctx.dt;
     }
     contact.set_settled(next);
     if goes != contact.traits.any(Traits::SETTLES) {
@@ -106,19 +106,19 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
 /// Sets the rest surface of a contact that was placed with its load, so that the spring holds the
 /// body where it is.
 pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
-    let most = ctx.most_give(bodies);
+    let maximum = ctx.max_give(bodies);
     let soft = spring(ctx, bodies);
     let Some(Pressed { separation, answer, .. }) = pressed(ctx, contact, bodies) else { return };
     if contact.traits.may_soften() || !(soft.rate > 0.0) {
         return;
     }
     let gives = answer * (soft.impulse / soft.rate);
-    let gives = gives.min(MOST / GIVES * most);
-    if ctx.rest_offset > most {
+    let gives = gives.min(MAX / GIVES * maximum);
+    if ctx.rest_offset > maximum {
         // For a thin body only a large compression is removed: a body that is to topple stands as
         // it would by itself.
-        if gives > FEW * most {
-            contact.set_settled(gives - 0.5 * most);
+        if gives > FEW * maximum {
+            contact.set_settled(gives - 0.5 * maximum);
         }
         return;
     }
@@ -128,9 +128,9 @@ pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [
 
 /// True if the bodies of a contact move against each other more slowly than this at all of its
 /// points [m/s].
-pub(super) fn is_still(contact: &Contact, [a, b]: [&Body; 2], least: f32) -> bool {
+pub(super) fn is_still(contact: &Contact, [a, b]: [&Body; 2], minimum: f32) -> bool {
     let speed = |p: &Point| b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a);
-    contact.points().iter().all(|p| speed(p).length() < least)
+    contact.points().iter().all(|p| speed(p).length() < minimum)
 }
 
 /// Softness of the contact's spring.

@@ -29,10 +29,10 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
     if !(a.is_dynamic() && b.is_dynamic()) || contact.sensor {
         return false;
     }
-    let least = 2.0 * COROTATES * ctx.length / ctx.dt;
+    let minimum = 2.0 * COROTATES * ctx.length / ctx.dt;
     let reach = a.extent + b.extent + ctx.margin;
     let square = a.w.length_squared().max(b.w.length_squared());
-    if !(square * reach > least)
+    if !(square * reach > minimum)
         || square * ctx.dt * ctx.dt > SMALL_TURN * SMALL_TURN
         || (b.w - a.w).length_squared() > TOGETHER * TOGETHER * square
     {
@@ -42,7 +42,7 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
     let (n, r_a) = (contact.normal, first.r_a);
     let pull = |w: Vec3, r: Vec3| w.cross(w.cross(r));
     let rate = pull(b.w, contact.r_b(first)) - pull(a.w, r_a);
-    (rate - n * n.dot(rate)).length() > least
+    (rate - n * n.dot(rate)).length() > minimum
 }
 
 /// Minimum closing speed of an impact [m/s, times [`StepContext::length`]]: ten times the speed
@@ -67,15 +67,15 @@ pub(crate) fn may_impact(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2
         [false, true] if !is_alone(b) => {}
         _ => return false,
     }
-    let least = IMPACT_SPEED * ctx.length;
-    let most = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
+    let minimum = IMPACT_SPEED * ctx.length;
+    let maximum = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
     // A relax sweep looks a substep beyond the step's end.
     let ahead = ctx.dt + ctx.h;
     let meets = |p: &Point| {
         let speed = contact.normal.dot(b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a));
-        speed < -least && p.separation - ctx.rest_offset + speed * ahead < 0.0
+        speed < -minimum && p.separation - ctx.rest_offset + speed * ahead < 0.0
     };
-    most > least && contact.points().iter().any(meets)
+    maximum > minimum && contact.points().iter().any(meets)
 }
 
 /// Lists a contact whose bodies turn together, one with an impact, and one that may be parted.

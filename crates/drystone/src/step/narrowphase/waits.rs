@@ -195,8 +195,8 @@ impl<S: Simd> Seen<S> {
         let (size, sizes) = (self.size, self.sizes);
         let meets = self.will_meet(simd, along * splat(simd, 1.1 * ctx.dt), sizes);
         // Bodies that cannot be pushed have no size here.
-        let most = select(meets, max(size, sizes), size);
-        max(splat(simd, ctx.margin), min(way, most))
+        let maximum = select(meets, max(size, sizes), size);
+        max(splat(simd, ctx.margin), min(way, maximum))
     }
 
     /// [`will_meet`](super::will_meet) for eight pairs.

@@ -319,8 +319,8 @@ fn system<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
             let answered = answer(simd, ends, (i, size), w, before);
             let k = load(simd, &rows[i - 1].work.k) + before.dot(answered);
             k.store_array(&mut rows[i - 1].work.k);
-            let least = (w + load(simd, &rows[i - 1].work.w)) * splat(simd, NOTHING);
-            let live = select(above(k, least), load(simd, &rows[i - 1].live), zero);
+            let minimum = (w + load(simd, &rows[i - 1].work.w)) * splat(simd, NOTHING);
+            let live = select(above(k, minimum), load(simd, &rows[i - 1].live), zero);
             live.store_array(&mut rows[i - 1].live);
             let next =
                 if last { zero } else { Vec3w::load(simd, &rows[i].work.along).dot(answered) };

@@ -79,7 +79,7 @@ pub(super) fn fly(
 
 /// False if a position [m] or a velocity [m/s] is out of range for the computations.
 pub(super) fn is_computable(x: Vec3, v: Vec3) -> bool {
-    x.is_below(limits::POSITION_KEPT.most) && v.is_below(limits::SPEED_KEPT.most)
+    x.is_below(limits::POSITION_KEPT.maximum) && v.is_below(limits::SPEED_KEPT.maximum)
 }
 
 /// Stops a particle whose state became non-finite.

@@ -215,8 +215,8 @@ pub(crate) fn solve<S: Simd>(
     let rigid = load(simd, &block.rigid);
     let (bias, gain) = (load(simd, &block.rate) * error, load(simd, &block.gain));
     let leak = load(simd, &block.leak);
-    let most = rigid * pace.caps.fastest_link(simd, error);
-    let bias = select(above(rigid, zero), max(min(bias, most), -most), bias);
+    let maximum = rigid * pace.caps.fastest_link(simd, error);
+    let bias = select(above(rigid, zero), max(min(bias, maximum), -maximum), bias);
     // A slack thread may lengthen until it is taut.
     let is_slack = above(min(load(simd, &block.slack), -error), zero);
     let bias = select(is_slack, mass * splat(simd, pace.inv_h) * error, bias);

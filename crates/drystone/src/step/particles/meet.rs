@@ -17,7 +17,7 @@ pub(crate) const fn moves(particle: &Particle) -> bool {
 }
 
 /// Maximum number of shapes that a particle meets in a step; the nearest ones count.
-pub(super) const MOST: usize = 6;
+pub(super) const MAX: usize = 6;
 
 /// Distance around a slow particle within which static shapes are searched [m], so that later steps
 /// need no search.
@@ -66,7 +66,7 @@ const NOWHERE: Meeting = Meeting {
 /// Shapes that a particle meets, in the order of their rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Near {
-    list: [Meeting; MOST],
+    list: [Meeting; MAX],
     count: usize,
     /// Minimum distance of a static shape from the particle's center, up to the search distance
     /// [m].
@@ -75,7 +75,7 @@ pub(crate) struct Near {
 
 impl Default for Near {
     fn default() -> Self {
-        Self { list: [NOWHERE; MOST], count: 0, clear: 0.0 }
+        Self { list: [NOWHERE; MAX], count: 0, clear: 0.0 }
     }
 }
 
@@ -85,7 +85,7 @@ impl Near {
     }
 
     fn add(&mut self, meeting: Meeting) {
-        if self.count < MOST {
+        if self.count < MAX {
             self.list[self.count] = meeting;
             self.count += 1;
             return;
@@ -96,7 +96,7 @@ impl Near {
             a.separation > b.separation || (a.separation >= b.separation && a.shape > b.shape)
         };
         let mut last = 0;
-        for i in 1..MOST {
+        for i in 1..MAX {
             if later(&self.list[i], &self.list[last]) {
                 last = i;
             }

@@ -28,7 +28,7 @@ const KEEP: f32 = 0.5;
 const SWEEPS: u32 = 2;
 
 /// Minimum number of substeps of soft links beside a method with fewer.
-const LEAST_SUBSTEPS: u32 = 8;
+const MIN_SUBSTEPS: u32 = 8;
 
 /// Sweeps of a substep of the projecting forms, unless configured.
 const PROJECTIONS: u32 = 10;
@@ -78,7 +78,7 @@ impl Pace {
             ParticleForm::Verlet => Form::Verlet,
         };
         let lone = config.method.is_classic() && form == Form::Soft;
-        let substeps = if lone { ctx.substeps.max(LEAST_SUBSTEPS) } else { ctx.substeps };
+        let substeps = if lone { ctx.substeps.max(MIN_SUBSTEPS) } else { ctx.substeps };
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let h = ctx.dt / substeps as f32;
         let keeps = form == Form::Soft && last_h > 0.0;

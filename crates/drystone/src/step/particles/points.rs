@@ -13,7 +13,7 @@ mod both;
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
-use super::meet::{MOST, Meeting};
+use super::meet::{MAX, Meeting};
 use super::pace::{Form, ParticlePass, SolverBodies};
 use super::rows::Ground;
 use crate::base::math::{Vec3, vec3};
@@ -38,7 +38,7 @@ const CROWD: usize = PUSHING - 1;
 
 /// Number of colors of all contacts. A particle's first contact with an immovable shape has the
 /// first of the further colors, its second the next, and so on.
-const COLORS: usize = PUSHING + MOST;
+const COLORS: usize = PUSHING + MAX;
 
 /// Eight contacts that share no particle, and no body that can be pushed.
 #[derive(Clone, Debug, Default)]
@@ -64,7 +64,7 @@ pub(crate) struct PointBlock {
     t1: [Lanes; 3],
     t2: [Lanes; 3],
     /// Maximum `press` in the step.
-    most: Lanes,
+    maximum: Lanes,
     /// Normal velocity at the step's start if it is an impact; else 0.
     arrival: Lanes,
     restitution: Lanes,
@@ -185,8 +185,8 @@ impl Contacts {
             let (start, end) = (self.starts[color], self.starts[color + 1]);
             let n = end - start;
             // Contacts of the crowd share bodies.
-            let least = if color == CROWD { n } else { grain(jobs, n, 32) };
-            for_items(jobs, &mut self.blocks[start..end], least, |_, blocks| {
+            let minimum = if color == CROWD { n } else { grain(jobs, n, 32) };
+            for_items(jobs, &mut self.blocks[start..end], minimum, |_, blocks| {
                 f(blocks, color < PUSHING);
             });
         }
@@ -369,10 +369,10 @@ fn solve<S: Simd>(
     let vn = q.along(simd, block, (0, n));
     let close = gap * inv_h;
     let speed = if soft {
-        let least = splat(simd, -pace.push_speed);
+        let minimum = splat(simd, -pace.push_speed);
         let deep = match kind {
             ParticlePass::Relax => vn,
-            ParticlePass::Solve { .. } => vn + max(close * splat(simd, PUSH_OUT), least),
+            ParticlePass::Solve { .. } => vn + max(close * splat(simd, PUSH_OUT), minimum),
         };
         select(above(gap, zero), vn + close, deep)
     } else {
@@ -385,7 +385,7 @@ fn solve<S: Simd>(
         return;
     }
     press.store_array(&mut block.press);
-    max(load(simd, &block.most), press).store_array(&mut block.most);
+    max(load(simd, &block.maximum), press).store_array(&mut block.maximum);
     q.push(simd, block, ground, (0, n), press - old, pushes);
     // Friction uses the velocity after the normal's impulse.
     let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
@@ -416,7 +416,7 @@ fn bounce<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, pushes:
     let p = load(simd, &block.mass) * (vn + load(simd, &block.restitution) * arrival);
     let p = max(-p, zero);
     let p = select(above(zero, arrival), p, zero);
-    let p = select(above(load(simd, &block.most), zero), p, zero);
+    let p = select(above(load(simd, &block.maximum), zero), p, zero);
     q.push(simd, block, ground, (0, n), p, pushes);
     q.write(simd, block, ground, pushes);
 }

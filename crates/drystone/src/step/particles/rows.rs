@@ -215,8 +215,12 @@ impl HoldRow {
             let close = |gap: f32, u: f32| {
                 let moves = u * (pace.h * inv_h);
                 let (speed, open) = (gap * inv_h, gap - u * pace.h);
-                let most = pace.caps.fastest_row(open, false);
-                if (speed - moves).abs() <= most { speed } else { moves + most.copysign(open) }
+                let maximum = pace.caps.fastest_row(open, false);
+                if (speed - moves).abs() <= maximum {
+                    speed
+                } else {
+                    moves + maximum.copysign(open)
+                }
             };
             vec3(close(gap.x, u.x), close(gap.y, u.y), close(gap.z, u.z))
         } else if is_relax {

@@ -73,8 +73,8 @@ fn advance(
     let (rows, states) = (Rows::new(rows.values_mut(), apart), Rows::new(states, apart));
     let x = Rows::new(x, apart);
     let around = Around { ctx, bodies, shapes, bounds, x: &[] };
-    let least = grain(jobs, tied.len(), 256);
-    collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |range, out| {
+    let minimum = grain(jobs, tied.len(), 256);
+    collect_ranges(jobs, tied.len(), minimum, &mut stage.settle.faults, |range, out| {
         for solver_row in &tied[range] {
             let Some(particle) = rows.row(*solver_row as usize - 1) else { continue };
             let (row, place) = (states.row(*solver_row as usize), x.row(*solver_row as usize));
@@ -193,9 +193,9 @@ fn freeze(
     for (id, particle) in particles.rows.iter() {
         let state = &particles.states[id.index() as usize + 1];
         if moves(particle) {
-            let least = &mut still[particle.strand as usize];
+            let minimum = &mut still[particle.strand as usize];
             let moved = state.inverse_mass() <= 0.0 && state.velocity() != Vec3::ZERO;
-            *least = least.min(if moved { 0.0 } else { particle.still_time });
+            *minimum = minimum.min(if moved { 0.0 } else { particle.still_time });
             any |= particle.still_time >= rest.time;
         }
     }

@@ -210,8 +210,8 @@ impl Tied<'_> {
                 sweep_held(block, (&mut s.holds, &s.hold_of), &ground, kind);
             }
             for color in &mut chains.colors {
-                let least = grain(jobs, color.len(), 1);
-                for_items(jobs, color, least, |_, blocks| {
+                let minimum = grain(jobs, color.len(), 1);
+                for_items(jobs, color, minimum, |_, blocks| {
                     for block in blocks {
                         sweep_chains(&mut block.rows, None, &states, pace, kind);
                     }
@@ -351,8 +351,8 @@ pub(crate) fn for_blocks(
     f: &(dyn Fn(&mut [LinkBlock]) + Sync),
 ) {
     let n = blocks.len();
-    let least = if crowd { n } else { grain(jobs, n, 32) };
-    for_items(jobs, blocks, least, |_, blocks| f(blocks));
+    let minimum = if crowd { n } else { grain(jobs, n, 32) };
+    for_items(jobs, blocks, minimum, |_, blocks| f(blocks));
 }
 
 /// Solves a chain held by bodies, after the holds at its ends.

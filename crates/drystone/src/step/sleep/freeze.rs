@@ -46,9 +46,9 @@ pub(super) struct Scratch {
     queue: Vec<u32>,
 }
 
-/// Maximum speed of a body without spin at rest [m/s]; `least` is the world's for sleep.
-pub(crate) fn rest_speed(ctx: &StepContext, least: f32) -> f32 {
-    (ENERGY.sqrt() * ctx.gravity.length() * ctx.dt).max(least)
+/// Maximum speed of a body without spin at rest [m/s]; `minimum` is the world's for sleep.
+pub(crate) fn rest_speed(ctx: &StepContext, minimum: f32) -> f32 {
+    (ENERGY.sqrt() * ctx.gravity.length() * ctx.dt).max(minimum)
 }
 
 /// True if the body is at rest by its energy; `speed` is the world's, and a lower bound of the
@@ -57,8 +57,8 @@ pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
     let w = (body.rotation * body.inertia.principal).unrotate(body.w);
     let m = body.inertia.moments;
     let turning = w.x * w.x * m.x + w.y * w.y * m.y + w.z * w.z * m.z;
-    let most = rest_speed(ctx, body.still_speed(speed));
-    body.v.length_squared() + turning / body.inertia.mass < most * most
+    let maximum = rest_speed(ctx, body.still_speed(speed));
+    body.v.length_squared() + turning / body.inertia.mass < maximum * maximum
 }
 
 /// Force and torque of the contacts on a body in the last step.
@@ -108,9 +108,9 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
         let (row, moves) = s.touched[i];
         let (now, old) = (load(ctx, row, sets), sets.bodies.frozen_load(row));
         let body = sets.bodies.at(row);
-        let most = CHANGE * weight(ctx, config, body).max(old.size);
-        let changed = (now.force - old.force).length() > most
-            || (now.torque - old.torque).length() > most * body.extent;
+        let maximum = CHANGE * weight(ctx, config, body).max(old.size);
+        let changed = (now.force - old.force).length() > maximum
+            || (now.torque - old.torque).length() > maximum * body.extent;
         // Deep in a pile a small part of the load is all of the weight. There, a weight that is not
         // carried is significant only where a support can have been removed. With this test for
         // neighbors at rest too, cubes of a pile woke each other for 20 s.

@@ -135,8 +135,8 @@ impl Solver<'_> {
         let mut any = false;
         for bound in bounds.iter_mut() {
             // NaN counts as over the bound, too.
-            let most = greater(ripple * bound.energy, bound.floor - bound.energy);
-            bound.is_over = !(bound.work <= most);
+            let maximum = greater(ripple * bound.energy, bound.floor - bound.energy);
+            bound.is_over = !(bound.work <= maximum);
             bound.is_quiet &= !bound.is_over;
             bound.units = UNITS / bound.work;
             any |= bound.is_over;
@@ -154,8 +154,8 @@ impl Solver<'_> {
         };
         for i in self.bin_rows(group) {
             let body = self.bodies.at(self.plan.members[i - 1]);
-            let most = QUIET / self.ctx.dt;
-            let is_slow = body.w.length() < most && body.v.length() < most * body.extent;
+            let maximum = QUIET / self.ctx.dt;
+            let is_slow = body.w.length() < maximum && body.v.length() < maximum * body.extent;
             bounds[at(i) as usize].is_quiet &= is_slow;
         }
         if !self.contact.has_extras {

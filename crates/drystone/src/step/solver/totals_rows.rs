@@ -107,7 +107,7 @@ impl Peaks {
     #[inline(always)]
     pub(super) fn note(&mut self, block: &ContactBlock) {
         let count = usize::from(block.count.clamp(1, 4));
-        let [peaks @ .., most] = &mut self.0;
+        let [peaks @ .., maximum] = &mut self.0;
         let mut total = [0.0; LANES];
         for (peak, point) in peaks.iter_mut().zip(&block.points).take(count) {
             for lane in 0..LANES {
@@ -116,7 +116,7 @@ impl Peaks {
             }
         }
         for lane in 0..LANES {
-            most[lane] = greater(total[lane], most[lane]);
+            maximum[lane] = greater(total[lane], maximum[lane]);
         }
     }
 }

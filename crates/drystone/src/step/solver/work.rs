@@ -65,18 +65,18 @@ impl Bound {
     /// of its axis before the impulse and in the mean. The work is at most the force times the
     /// displacement of a substep, and at most the energy that the spring stores anywhere in the
     /// substep. `stiffness` is absolute; `square` is the squared frequency where stiffness counts
-    /// per effective mass, which is at most `most`. No spring counts as faster than a substep.
+    /// per effective mass, which is at most `maximum`. No spring counts as faster than a substep.
     pub(super) fn release(
         &mut self,
         impulse: f64,
         [before, mean]: [f64; 2],
-        (stiffness, square, most): (f64, f64, f64),
+        (stiffness, square, maximum): (f64, f64, f64),
         (off, inv_h): (f64, f64),
     ) {
         if impulse == 0.0 {
             return;
         }
-        let stiffness = lesser(stiffness + square * most, inv_h * inv_h * most);
+        let stiffness = lesser(stiffness + square * maximum, inv_h * inv_h * maximum);
         let off = off.abs() + before / inv_h;
         let force = stiffness * off;
         let work = lesser(lesser(impulse.abs(), force / inv_h) * mean, 0.5 * force * off);

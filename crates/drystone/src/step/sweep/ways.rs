@@ -9,7 +9,7 @@ use crate::state::bodies::{Bodies, Track};
 use crate::state::bounds::Bounds;
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
-use crate::step::finalize::most_moved;
+use crate::step::finalize::max_moved;
 use crate::step::notes::Flight;
 use crate::step::reach::Need;
 
@@ -25,7 +25,7 @@ pub(crate) fn put(
     let body = bodies.at_mut(row);
     let (center, rotation) = (body.center, body.rotation);
     (body.center, body.rotation, body.room) = (pose.position, pose.rotation, 0.0);
-    let moved = Track::at_least(most_moved(body, center, rotation) * ctx.per_track);
+    let moved = Track::at_least(max_moved(body, center, rotation) * ctx.per_track);
     let way = &mut bodies.tracks[row as usize].way;
     *way = way.wrapping_add(moved);
     for i in 0..bodies.at(row).ties.shapes.len() {
@@ -94,7 +94,7 @@ impl Ways<'_> {
         let Some(flight) = self.flight(row) else { return (Vec3::ZERO, 0.0) };
         let body = self.bodies.at(row);
         let shift = body.center - flight.from;
-        let by_poses = most_moved(body, flight.from, flight.stood) - shift.length();
+        let by_poses = max_moved(body, flight.from, flight.stood) - shift.length();
         (shift, by_poses.max(body.w.length() * (self.ctx.dt * body.extent)))
     }
 }

@@ -132,8 +132,8 @@ impl Spring {
         // The stiffness is that of a rod of the pieces' material between their centers. The rod is
         // at least a tenth as long as the face is wide.
         let length = (b - a).length();
-        let least = 0.1 * area.sqrt();
-        let along = area / if length > least { length } else { least };
+        let minimum = 0.1 * area.sqrt();
+        let along = area / if length > minimum { length } else { minimum };
         let bend = along * area / 12.0;
         Self {
             pieces: bond.pieces,
@@ -372,10 +372,10 @@ impl Scratch {
         p.extend(r.iter().zip(diagonal.iter()).map(|(r, d)| r.over(d)));
         let mut size = weigh(r);
         // A residual below this is rounding: there is no better solution.
-        let least = TOLERANCE * TOLERANCE * weigh(lack) + ROUNDING * ROUNDING * size;
+        let minimum = TOLERANCE * TOLERANCE * weigh(lack) + ROUNDING * ROUNDING * size;
         // Without rounding, one iteration per unknown suffices.
         for _ in 0..12 * n + 20 {
-            if size <= least {
+            if size <= minimum {
                 break;
             }
             multiply(p, kp);
@@ -412,13 +412,13 @@ impl Scratch {
         if worst < 1.0 {
             return false;
         }
-        let least = crate::base::double::greater(1.0, WITH_THE_WORST * worst);
+        let minimum = crate::base::double::greater(1.0, WITH_THE_WORST * worst);
         for (i, (spring, bond)) in self.springs.iter_mut().zip(&glued.bonds).enumerate() {
             if !spring.is_whole() {
                 continue;
             }
             let (tension, shear, load) = stress(spring, bond, &self.u, dt);
-            if load >= least {
+            if load >= minimum {
                 spring.cut();
                 self.broken.push((i, tension, shear, load));
             }

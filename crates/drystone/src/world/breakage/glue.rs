@@ -261,8 +261,8 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
 /// Clamps a vector to numbers that can be rotated and summed in f32. A larger impulse breaks every
 /// bond that can break, and must stay finite.
 fn kept(v: Vec3) -> Vec3 {
-    const MOST: f32 = 1.0e37;
-    v.bounded().min(Vec3::splat(MOST)).max(Vec3::splat(-MOST))
+    const MAX: f32 = 1.0e37;
+    v.bounded().min(Vec3::splat(MAX)).max(Vec3::splat(-MAX))
 }
 
 /// The load of a joint on one of its bodies in the step: point of action relative to the body's
@@ -292,7 +292,7 @@ pub(super) fn nearest(
         let s = tables.shapes.at(shape);
         let bounds = s.solid.aabb(&s.local);
         let away = (point - point.max(bounds.min).min(bounds.max)).length();
-        if best.is_none_or(|(least, _)| away < least) {
+        if best.is_none_or(|(minimum, _)| away < minimum) {
             best = Some((away, shape));
         }
     }

@@ -138,10 +138,10 @@ impl World {
     /// than two.
     fn shatter(&mut self, row: u32, how: &Fracture, point: Vec3) -> Option<Vec<BodyId>> {
         let (shape, hull) = self.solid_shape(row)?;
-        let most = self.tables.config.breakage.max_pieces as usize;
-        let room = most.saturating_sub(self.tables.breakage.pieces);
+        let maximum = self.tables.config.breakage.max_pieces as usize;
+        let room = maximum.saturating_sub(self.tables.breakage.pieces);
         let count = (how.pieces as usize).min(room);
-        if count < 2 || !(f64::from(hull.volume()) >= 2.0 * how.least_volume()) {
+        if count < 2 || !(f64::from(hull.volume()) >= 2.0 * how.min_volume()) {
             return None;
         }
         let body = self.tables.bodies.at(row);
@@ -199,7 +199,7 @@ impl World {
                 let Some(shape) = piece.ties.shapes.first() else { continue };
                 let bounds = tables.shapes.at(*shape).solid.aabb(&Pose::IDENTITY);
                 let away = (at - at.max(bounds.min).min(bounds.max)).length();
-                if best.is_none_or(|(least, _, _)| away < least) {
+                if best.is_none_or(|(minimum, _, _)| away < minimum) {
                     best = Some((away, id.index(), at));
                 }
             }
@@ -227,7 +227,7 @@ fn cut(
     let inside = |p: DVec3| hull.planes().iter().all(|plane| plane.distance(p.single()) <= 0.0);
     let sites = how.sites(DVec3::from(hit), corners, count, random, inside);
     let sites: Vec<Vec3> = sites.into_iter().map(DVec3::single).collect();
-    hull.cut(&sites, how.least_volume()).unwrap_or_default()
+    hull.cut(&sites, how.min_volume()).unwrap_or_default()
 }
 
 /// A piece of a body's shape. The shape has the pose `at` [world]; `part` is the piece's share of
@@ -290,7 +290,7 @@ fn worst_impact(body: &Body, how: &Fracture, impacts: &[Impact]) -> Option<Break
         ];
         for (cause, value, limit) in parts {
             let part = value / limit;
-            if part > 1.0 && worst.as_ref().is_none_or(|(most, _)| part > *most) {
+            if part > 1.0 && worst.as_ref().is_none_or(|(maximum, _)| part > *maximum) {
                 worst = Some((part, Break { cause, point: body.center + arm, value, limit }));
             }
         }

@@ -17,7 +17,7 @@ use crate::world::World;
 /// shares, and the minimum size of a share. The impulses are only the start of the next solve, so
 /// small shares do not matter.
 const SHARES: usize = 10_000;
-const LEAST_SHARE: f32 = 0.01;
+const MIN_SHARE: f32 = 0.01;
 
 /// The mass properties of a definition.
 pub(crate) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
@@ -69,8 +69,8 @@ fn given_or_sum(
 /// moments become 0, which locks the axis.
 pub(crate) fn principal_moments(mass: &MassProperties) -> (Vec3, Quat) {
     let (moments, principal) = mass.inertia.eigen();
-    let least = 1.0e-9 * moments.max_element();
-    let moment = |m: f32| if m > least { m } else { 0.0 };
+    let minimum = 1.0e-9 * moments.max_element();
+    let moment = |m: f32| if m > minimum { m } else { 0.0 };
     (vec3(moment(moments.x), moment(moments.y), moment(moments.z)), principal)
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn check_energy(
     for (field, inertia, velocity) in
         [("linear_velocity", f64::from(mass), linear), ("angular_velocity", largest, angular)]
     {
-        if !(0.5 * inertia * squared(velocity) <= f64::from(limits::ENERGY.most)) {
+        if !(0.5 * inertia * squared(velocity) <= f64::from(limits::ENERGY.maximum)) {
             return Err(DefError::of_vec(field, velocity, limits::ENERGY.allowed));
         }
     }
@@ -246,7 +246,7 @@ impl World {
             for (contact, other, lift) in carry {
                 self.tables.contacts.at_mut(contact).scale_impulses(factor);
                 let share = lift * (factor - 1.0);
-                if share.abs() > LEAST_SHARE * whole.abs() {
+                if share.abs() > MIN_SHARE * whole.abs() {
                     loads.push((other, share));
                 }
             }

@@ -38,8 +38,8 @@ impl Pen<'_> {
         // The size keeps the arcs of neighbors apart, as in a spine, and every arc large enough to
         // see.
         let sizes = [a, b].into_iter().filter(|body| body.is_dynamic() && body.extent > 0.0);
-        let least = sizes.map(|body| body.extent).fold(f32::INFINITY, f32::min);
-        let size = (0.7 * least).max(0.25 * self.size).min(self.size);
+        let minimum = sizes.map(|body| body.extent).fold(f32::INFINITY, f32::min);
+        let size = (0.7 * minimum).max(0.25 * self.size).min(self.size);
         let drawn = Drawn { joint, axes, frames, size };
         self.bars(&drawn);
         self.arcs(&drawn);

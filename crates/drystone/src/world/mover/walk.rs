@@ -11,14 +11,14 @@ use crate::state::def::DefError;
 use crate::world::World;
 
 /// Maximum number of surfaces that bend one displacement.
-const MOST_BENDS: usize = 6;
+const MAX_BENDS: usize = 6;
 /// Maximum number of pushes out of overlaps.
-const MOST_PUSHES: usize = 8;
+const MAX_PUSHES: usize = 8;
 /// Length of the first cast, in skins. A cast resolves hits only to a fraction of its length, so
 /// near obstacles need a short one. After a cast without a hit the next one is ten times as long.
 const LONGEST: f32 = 1.0e4;
 /// Maximum number of casts along one displacement; more than the longest one needs.
-const MOST_LOOKS: usize = 32;
+const MAX_LOOKS: usize = 32;
 /// Relative accuracy of the hit fraction of a cast.
 const ROUNDING: f32 = 1.0e-6;
 /// A displacement within this cosine of a surface's tangent does not run into the surface.
@@ -101,7 +101,7 @@ impl Walk<'_, '_> {
             shape.one_way().is_none() && self.filter.predicate.is_none_or(|sees| sees(shape))
         };
         let filter = self.filter().with_predicate(&holds);
-        for _ in 0..MOST_PUSHES {
+        for _ in 0..MAX_PUSHES {
             let Some(near) = query.nearest_shape(shape, self.pose(at), 0.0, filter)? else { break };
             if near.distance >= 0.0 {
                 break;
@@ -147,7 +147,7 @@ impl Walk<'_, '_> {
     ) -> Result<(f32, Option<ShapeHit>), DefError> {
         let skin = self.mover.skin;
         let (mut gone, mut longest) = (0.0, LONGEST * skin);
-        for _ in 0..MOST_LOOKS {
+        for _ in 0..MAX_LOOKS {
             let left = lesser(length - gone, longest);
             let reach = left + skin;
             self.look(from + direction * gone, direction, reach, moved)?;
@@ -181,8 +181,8 @@ impl Walk<'_, '_> {
         moved: &mut Moved,
     ) -> Result<Vec3, DefError> {
         let (mut at, mut left) = (from, delta);
-        let mut planes = [Vec3::ZERO; MOST_BENDS];
-        for bend in 0..MOST_BENDS {
+        let mut planes = [Vec3::ZERO; MAX_BENDS];
+        for bend in 0..MAX_BENDS {
             let length = left.length();
             let Some(direction) = left.try_normalize() else { break };
             let (free, hit) = self.free_way(at, direction, length, moved)?;
@@ -228,8 +228,8 @@ impl Walk<'_, '_> {
         let ground = if farther { self.ground(over, lift, moved)? } else { None };
         let height = |ground: &Ground| (ground.hit.point - stood.hit.point).dot(self.up);
         // The height of a step of exactly this size may be rounded up.
-        let most = step + 0.1 * self.mover.skin;
-        let Some(ground) = ground.filter(|ground| height(ground) <= most) else {
+        let maximum = step + 0.1 * self.mover.skin;
+        let Some(ground) = ground.filter(|ground| height(ground) <= maximum) else {
             moved.hits.truncate(kept);
             return Ok(flat);
         };
@@ -242,16 +242,16 @@ impl Walk<'_, '_> {
         let skin = self.mover.skin;
         let reach = reach + skin / greater(self.flattest, 0.1) + skin;
         self.look(at, -self.up, reach, moved)?;
-        let mut least = None;
+        let mut minimum = None;
         for hit in &moved.found {
             // A negative drop lifts the shape, to one skin above the ground.
             let drop = hit.fraction * reach - skin / greater(hit.normal.dot(self.up), 0.5);
-            let least = *least.get_or_insert(drop);
-            if drop > least + skin {
+            let minimum = *minimum.get_or_insert(drop);
+            if drop > minimum + skin {
                 break;
             }
             if let Some(normal) = self.face(hit)? {
-                return Ok(Some(Ground { at: at - self.up * least, hit: *hit, normal }));
+                return Ok(Some(Ground { at: at - self.up * minimum, hit: *hit, normal }));
             }
         }
         Ok(None)

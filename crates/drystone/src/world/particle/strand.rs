@@ -117,11 +117,11 @@ pub struct Strand {
 }
 
 /// Maximum number of links of a rope.
-const MOST_LINKS: usize = 1_000_000;
-const MOST_SQUARES: usize = 4000;
+const MAX_LINKS: usize = 1_000_000;
+const MAX_SQUARES: usize = 4000;
 
 /// Maximum number of squares of a cloth in total; they take some hundred megabytes.
-const MOST_SQUARES_IN_ALL: usize = 1_000_000;
+const MAX_SQUARES_IN_ALL: usize = 1_000_000;
 
 #[expect(clippy::cast_precision_loss, reason = "far below 2^24")]
 const fn real(n: usize) -> f32 {
@@ -138,7 +138,7 @@ impl World {
     /// # Errors
     /// The first field that is out of range; then nothing is added.
     pub fn add_rope(&mut self, def: RopeDef) -> Result<Strand, DefError> {
-        if !(1..=MOST_LINKS).contains(&def.links) {
+        if !(1..=MAX_LINKS).contains(&def.links) {
             return Err(DefError::new("links", def.links, "a number from 1 to 1,000,000"));
         }
         position("from", def.from)?;
@@ -175,8 +175,8 @@ impl World {
     /// The first field that is out of range; then nothing is added.
     pub fn add_cloth(&mut self, def: ClothDef) -> Result<Strand, DefError> {
         let [n, m] = def.squares;
-        let fits = (1..=MOST_SQUARES).contains(&n) && (1..=MOST_SQUARES).contains(&m);
-        if !(fits && n * m <= MOST_SQUARES_IN_ALL) {
+        let fits = (1..=MAX_SQUARES).contains(&n) && (1..=MAX_SQUARES).contains(&m);
+        if !(fits && n * m <= MAX_SQUARES_IN_ALL) {
             let allowed = "1 to 4,000 per side and at most 1,000,000 in total";
             return Err(DefError::new("squares", format!("{n} by {m}"), allowed));
         }

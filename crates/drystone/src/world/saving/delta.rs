@@ -16,10 +16,10 @@ const BLOCK: usize = 8;
 /// Minimum length of a run in step with the base; encoding it takes about 3 bytes. A run shorter
 /// than two blocks may consist of zeros, which occur everywhere, so a longer run elsewhere takes
 /// precedence.
-const LEAST: usize = 6;
+const MIN: usize = 6;
 /// Maximum ratio of a snapshot's length to that of base and delta together. It keeps a few forged
 /// bytes from requesting all memory.
-const MOST: usize = 16;
+const MAX: usize = 16;
 
 /// Reason why bytes are not a delta of a base.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,7 +109,7 @@ pub fn write_delta(base: &[u8], snapshot: &[u8], delta: &mut Vec<u8>) {
             let back = last.take_while(|(a, b)| a == b).count();
             at -= back;
             (from - back, back + common(&base[from..], &snapshot[at + back..]))
-        } else if run >= LEAST {
+        } else if run >= MIN {
             (in_step, run)
         } else {
             at += 1;
@@ -157,8 +157,8 @@ pub fn apply_delta(
 /// Joins all pieces; `None` if their total length is not `len` bytes.
 fn join(base: &[u8], mut pieces: &[u8], len: u64, snapshot: &mut Vec<u8>) -> Option<()> {
     let len = usize::try_from(len).ok()?;
-    let most = (base.len() + pieces.len()).saturating_mul(MOST);
-    if len > most {
+    let maximum = (base.len() + pieces.len()).saturating_mul(MAX);
+    if len > maximum {
         return None;
     }
     snapshot.reserve(len);

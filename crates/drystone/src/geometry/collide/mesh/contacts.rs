@@ -211,18 +211,18 @@ impl Contacts {
     /// own points are not deep pushes nothing and stays. For example, a solid that hangs over a
     /// ledge may be far below the patch's plane while a corner is about to land on the patch.
     fn is_carried_by_another(&self, patch: &Patch) -> bool {
-        let most = patch.axis.separation + self.limits.doubt;
-        most < 0.0
+        let maximum = patch.axis.separation + self.limits.doubt;
+        maximum < 0.0
             && patch.deepest + self.limits.doubt < 0.0
             && self.patches.iter().any(|other| {
                 let Axis { normal, separation } = other.axis;
                 let reach = |corners: [Vec3; 3]| {
                     corners.map(|c| normal.dot(c)).into_iter().fold(f32::NEG_INFINITY, greater)
                 };
-                separation > most
+                separation > maximum
                     && other.refused.is_none()
                     && other.deepest <= separation + self.limits.doubt
-                    && separation + reach(other.corners) - reach(patch.corners) > most
+                    && separation + reach(other.corners) - reach(patch.corners) > maximum
             })
     }
 

@@ -166,7 +166,7 @@ pub(super) fn frustum(
     }
     let mut best: Option<Best> = None;
     let mut refused: Option<Best> = None;
-    let least = over + limits.bias;
+    let minimum = over + limits.bias;
     let mut consider = |axis: Axis, plane: &Plane| {
         let separation =
             triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
@@ -175,7 +175,7 @@ pub(super) fn frustum(
         // A normal of the side is computed for one corner; for a contact at another it is useless.
         let fits = !matches!((axis, part), (Axis::Side(i), Part::Corner(j)) if i != j);
         let slot = if triangle.allows(part, normal) { &mut best } else { &mut refused };
-        if fits && separation > slot.map_or(least, |b| b.separation) {
+        if fits && separation > slot.map_or(minimum, |b| b.separation) {
             *slot = Some(Best { axis, normal, part, separation });
         }
         (separation > reach).then_some(separation - body.radius)
@@ -199,7 +199,7 @@ pub(super) fn frustum(
         if triangle.is_concave(k) {
             let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
             let separation = -body.reach(-normal) - normal.dot(corner);
-            if separation > refused.map_or(least, |b| b.separation) {
+            if separation > refused.map_or(minimum, |b| b.separation) {
                 let (axis, part) = (Axis::Edge, Part::Edge(k));
                 refused = Some(Best { axis, normal, part, separation });
             }
@@ -211,7 +211,7 @@ pub(super) fn frustum(
         if separation > reach {
             return Some(separation - body.radius);
         }
-        if separation > best.map_or(least, |b| b.separation + limits.bias)
+        if separation > best.map_or(minimum, |b| b.separation + limits.bias)
             && triangle.allows(Part::Edge(k), normal)
         {
             best = Some(Best { axis: Axis::Edge, normal, part: Part::Edge(k), separation });
@@ -265,11 +265,11 @@ fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3,
         (normal, -body.reach(-normal) - normal.dot(corner))
     };
     let mut middle = 0.0;
-    let mut most = f32::NEG_INFINITY;
+    let mut maximum = f32::NEG_INFINITY;
     for t in SAMPLES {
         let separation = at(t).1;
-        if separation > most {
-            (middle, most) = (t, separation);
+        if separation > maximum {
+            (middle, maximum) = (t, separation);
         }
     }
     // Between the neighbors of the best sample there is one peak.

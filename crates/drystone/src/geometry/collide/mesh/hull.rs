@@ -9,7 +9,7 @@ use super::placed::{EdgeAxis, PlacedHull, Separated};
 use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
-use crate::base::simd::wide::{LANES, above, bits, most, splat};
+use crate::base::simd::wide::{LANES, above, bits, reduce_max, splat};
 use crate::geometry::convex::clip::STEEP;
 use crate::geometry::hull::Plane;
 use crate::geometry::manifold::ManifoldPoint;
@@ -42,19 +42,19 @@ pub(super) fn hull<S: Simd>(
 ) -> Option<f32> {
     let limits = contacts.limits;
     let reach = limits.margin + hull.radius;
-    let over = hull.least_along(simd, triangle.normal, triangle.corners[0]);
+    let over = hull.min_along(simd, triangle.normal, triangle.corners[0]);
     if over > reach {
         return Some(over - hull.radius);
     }
     let mut best: Option<Best> = None;
     let mut refused: Option<Best> = None;
-    let least = over + limits.bias;
+    let minimum = over + limits.bias;
     for group in 0..hull.face_groups() {
         let heights = hull.heights(simd, group, triangle);
         if bits(above(heights, splat(simd, reach))) != 0 {
-            return Some(most(heights) - hull.radius);
+            return Some(reduce_max(heights) - hull.radius);
         }
-        let mut higher = bits(above(heights, splat(simd, least))) & hull.faces_in(group);
+        let mut higher = bits(above(heights, splat(simd, minimum))) & hull.faces_in(group);
         if higher == 0 {
             continue;
         }
@@ -70,8 +70,8 @@ pub(super) fn hull<S: Simd>(
     for k in 0..3 {
         if triangle.is_concave(k) {
             let normal = triangle.outward[k];
-            let separation = hull.least_along(simd, normal, triangle.corners[k]);
-            if separation > refused.map_or(least, |b| b.separation) {
+            let separation = hull.min_along(simd, normal, triangle.corners[k]);
+            if separation > refused.map_or(minimum, |b| b.separation) {
                 let (axis, part) = (Axis::Edges(k, 0), Part::Edge(k));
                 refused = Some(Best { axis, normal, part, separation });
             }
@@ -79,11 +79,11 @@ pub(super) fn hull<S: Simd>(
         if !triangle.is_active(k) {
             continue;
         }
-        let least = if let Some(b) = &best { b.separation + limits.bias } else { least };
-        if hull.is_within(simd, triangle, k, least) {
+        let minimum = if let Some(b) = &best { b.separation + limits.bias } else { minimum };
+        if hull.is_within(simd, triangle, k, minimum) {
             continue;
         }
-        match hull.best_edge(simd, (triangle, k), least, reach) {
+        match hull.best_edge(simd, (triangle, k), minimum, reach) {
             Err(Separated(by)) => return Some(by - hull.radius),
             Ok(Some(EdgeAxis { edge, normal, separation })) => {
                 let (axis, part) = (Axis::Edges(k, edge), Part::Edge(k));

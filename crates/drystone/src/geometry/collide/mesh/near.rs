@@ -7,7 +7,7 @@ use super::placed::Row;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::simd::wide::{
-    ALL, LANES, Vec3w, Wide, above, bits, least, load, max, min, prefetch, select, splat, sqrt,
+    ALL, LANES, Vec3w, Wide, above, bits, load, max, min, prefetch, reduce_min, select, splat, sqrt,
 };
 use crate::geometry::mesh::{Mesh, Pack, Window};
 
@@ -161,7 +161,7 @@ pub(super) fn find<S: Simd>(
         }
     }
     near.sort_unstable_by_key(|n| n.key);
-    least(gap)
+    reduce_min(gap)
 }
 
 /// For each lane: lower bounds on the current distance of triangle and solid, and on their distance

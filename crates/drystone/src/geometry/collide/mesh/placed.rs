@@ -7,8 +7,8 @@ use crate::base::aabb::Aabb;
 use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
 use crate::base::simd::wide::{
-    ALL, LANES, Lanes, Mask, Vec3w, Wide, above, bits, lanes_in_use, least, load, max, min, most,
-    scatter4, select, splat, sqrt,
+    ALL, LANES, Lanes, Mask, Vec3w, Wide, above, bits, lanes_in_use, load, max, min, reduce_max,
+    reduce_min, scatter4, select, splat, sqrt,
 };
 use crate::geometry::hull::{HalfEdge, Hull, Plane};
 
@@ -156,20 +156,20 @@ impl<'a> PlacedHull<'a> {
             low = Vec3w { x: min(v.x, low.x), y: min(v.y, low.y), z: min(v.z, low.z) };
             high = Vec3w { x: max(v.x, high.x), y: max(v.y, high.y), z: max(v.z, high.z) };
         }
-        let low = vec3(least(low.x), least(low.y), least(low.z));
-        let high = vec3(most(high.x), most(high.y), most(high.z));
+        let low = vec3(reduce_min(low.x), reduce_min(low.y), reduce_min(low.z));
+        let high = vec3(reduce_max(high.x), reduce_max(high.y), reduce_max(high.z));
         Aabb::new(low, high).grown(self.radius)
     }
 
     /// Minimum of `normal` · (v - `at`) over the vertices.
     #[inline(always)]
-    pub(super) fn least_along<S: Simd>(&self, simd: S, normal: Vec3, at: Vec3) -> f32 {
+    pub(super) fn min_along<S: Simd>(&self, simd: S, normal: Vec3, at: Vec3) -> f32 {
         let (n, at) = (Vec3w::splat(simd, normal), Vec3w::splat(simd, at));
         let mut low = splat(simd, f32::INFINITY);
         for v in &self.space.corners {
             low = min(low, n.dot(Vec3w::load(simd, v) - at));
         }
-        least(low)
+        reduce_min(low)
     }
 
     /// Height of the lowest vertex that is more than `limit` above the plane of a triangle [m].
@@ -184,7 +184,7 @@ impl<'a> PlacedHull<'a> {
             let height = n.dot(Vec3w::load(simd, v) - at);
             next = min(next, select(above(height, splat(simd, limit)), height, infinite));
         }
-        least(next) - self.radius
+        reduce_min(next) - self.radius
     }
 
     /// Returns true if no normal over edge `k`, from the triangle's to the neighbor's, separates
@@ -243,7 +243,7 @@ impl<'a> PlacedHull<'a> {
         let mut low = f32::INFINITY;
         for (group, n) in self.space.normals.iter().enumerate() {
             let d = Vec3w::load(simd, n).dot(along);
-            let below = least(d);
+            let below = reduce_min(d);
             if below < low {
                 low = below;
                 let lanes = !bits(above(d, splat(simd, below)));
@@ -253,11 +253,16 @@ impl<'a> PlacedHull<'a> {
         face
     }
 
-    /// Finds the vertices over the triangle with a distance of at least `least` [m]; 0: apart ones
+    /// Finds the vertices over the triangle with a distance of at least `minimum` [m]; 0: apart ones
     /// only.
     #[inline(always)]
-    pub(super) fn find_vertices_over<S: Simd>(&mut self, simd: S, triangle: &Triangle, least: f32) {
-        let (zero, lowest) = (splat(simd, 0.0), splat(simd, least));
+    pub(super) fn find_vertices_over<S: Simd>(
+        &mut self,
+        simd: S,
+        triangle: &Triangle,
+        minimum: f32,
+    ) {
+        let (zero, lowest) = (splat(simd, 0.0), splat(simd, minimum));
         let (up, at) = (Vec3w::splat(simd, triangle.normal), triangle.corners[0]);
         let at = Vec3w::splat(simd, at);
         let space = &mut *self.space;
@@ -368,13 +373,13 @@ impl<'a> PlacedHull<'a> {
             }
             let open = open & supports(simd, axis, (u, v, d));
             if bits(open & above(separation, reach)) != 0 {
-                return Err(Separated(most(select(open, separation, nothing))));
+                return Err(Separated(reduce_max(select(open, separation, nothing))));
             }
             let open = open & triangle.allows_at_edge(simd, k, axis);
             if bits(open) == 0 {
                 continue;
             }
-            largest = most(select(open, separation, nothing));
+            largest = reduce_max(select(open, separation, nothing));
             let first = bits(open & !above(splat(simd, largest), separation)).trailing_zeros();
             let first = first as usize;
             let mut lanes = [[0.0; LANES]; 3];

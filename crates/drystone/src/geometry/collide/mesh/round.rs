@@ -210,12 +210,12 @@ pub(super) fn capsule(
 /// triangle.
 fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part) {
     let mut best = (ends[0], ends[0], Part::Face);
-    let mut least = f32::INFINITY;
+    let mut minimum = f32::INFINITY;
     for end in ends {
         let (q, part) = triangle.closest(end);
         let d = (end - q).length_squared();
-        if d < least {
-            (best, least) = ((end, q, part), d);
+        if d < minimum {
+            (best, minimum) = ((end, q, part), d);
         }
     }
     for k in 0..3 {
@@ -223,7 +223,7 @@ fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part
         let (s, t) = closest_on_segments(ends, edge);
         let (p, q) = (ends[0].lerp(ends[1], s), edge[0].lerp(edge[1], t));
         let d = (p - q).length_squared();
-        if d < least {
+        if d < minimum {
             let part = if t <= 0.0 {
                 Part::Corner(k)
             } else if t >= 1.0 {
@@ -231,7 +231,7 @@ fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part
             } else {
                 Part::Edge(k)
             };
-            (best, least) = ((p, q, part), d);
+            (best, minimum) = ((p, q, part), d);
         }
     }
     best

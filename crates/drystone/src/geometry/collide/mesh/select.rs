@@ -5,7 +5,8 @@ use fearless_simd::{Simd, SimdBase};
 use super::contacts::Limits;
 use crate::base::math::{Vec3, lesser};
 use crate::base::simd::wide::{
-    LANES, Lanes, Vec3w, Wide, above, at, bits, least, load, max, most, put, select, splat,
+    LANES, Lanes, Vec3w, Wide, above, at, bits, load, max, put, reduce_max, reduce_min, select,
+    splat,
 };
 use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
 
@@ -37,7 +38,7 @@ impl Best {
     /// Takes the best point of a group, if its value is larger.
     #[inline(always)]
     fn of<S: Simd>(&mut self, simd: S, group: usize, values: Wide<S>) {
-        let value = most(values);
+        let value = reduce_max(values);
         if value > self.value {
             let lanes = !bits(above(splat(simd, value), values));
             *self = Self { value, number: group * LANES + lanes.trailing_zeros() as usize };
@@ -80,7 +81,7 @@ impl Members {
     pub(super) fn deepest<S: Simd>(&self, simd: S) -> f32 {
         let mut low = f32::INFINITY;
         for group in &self.groups {
-            low = lesser(least(load(simd, &group.separation)), low);
+            low = lesser(reduce_min(load(simd, &group.separation)), low);
         }
         low
     }
@@ -126,14 +127,14 @@ impl Members {
         let b = self.point(best.number);
         manifold.push(b);
         let span = b.position - a.position;
-        let least = merge * span.length();
+        let minimum = merge * span.length();
         let along = Vec3w::splat(simd, span);
         let mut best = Best::NONE;
         for (number, group) in self.groups.iter().enumerate() {
             let area = n.dot(along.cross(Vec3w::load(simd, &group.position) - start));
             best.of(simd, number, area.abs());
         }
-        if !(best.value > least) {
+        if !(best.value > minimum) {
             return manifold;
         }
         let c = self.point(best.number);
@@ -155,7 +156,7 @@ impl Members {
             }
             best.of(simd, number, gain);
         }
-        if best.value > least {
+        if best.value > minimum {
             manifold.push(self.point(best.number));
         }
         manifold
@@ -201,10 +202,10 @@ mod tests {
         if far <= limits.merge * limits.merge {
             return vec![a];
         }
-        let least = limits.merge * (b - a).length();
+        let minimum = limits.merge * (b - a).length();
         let area = |p: Vec3| normal.dot((b - a).cross(p - a));
         let (c, wide) = largest(points, |p| area(p.position).abs());
-        if wide <= least {
+        if wide <= minimum {
             return vec![a, b];
         }
         let [p, q] = if area(c) > 0.0 { [a, b] } else { [b, a] };
@@ -214,7 +215,7 @@ mod tests {
                 .into_iter()
                 .fold(0.0, f32::max)
         });
-        if more > least { vec![a, b, c, d] } else { vec![a, b, c] }
+        if more > minimum { vec![a, b, c, d] } else { vec![a, b, c] }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use fearless_simd::Simd;
 
 use crate::base::math::{Mat3, Vec3};
 use crate::base::simd::wide::{
-    LANES, Lanes, Vec3w, above, at, bits, most, put, select, splat, sqrt,
+    LANES, Lanes, Vec3w, above, at, bits, put, reduce_max, select, splat, sqrt,
 };
 use crate::geometry::hull::Hull;
 use crate::geometry::hull::lanes::Edge;
@@ -171,7 +171,7 @@ impl EdgeGroup {
             return None;
         }
         let values = select(better, separation, splat(simd, f32::NEG_INFINITY));
-        let separation = most(values);
+        let separation = reduce_max(values);
         let lane = bits(!above(splat(simd, separation), values)).trailing_zeros() as usize;
         let mut lanes = [[0.0; LANES]; 3];
         normal.store(&mut lanes);

@@ -14,7 +14,7 @@ use super::edges::{EdgeAxis, EdgeGroup, EdgeOf, Frames};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 use crate::base::simd::wide::{
-    LANES, Vec3w, above, bits, lanes_in_use, load, max, min, most, splat,
+    LANES, Vec3w, above, bits, lanes_in_use, load, max, min, reduce_max, splat,
 };
 use crate::geometry::convex::clip::closest_of_segments;
 use crate::geometry::hull::Hull;
@@ -136,8 +136,8 @@ impl<'a> Pair<'a> {
             remember(cache, FACE_B, 0, face_b.face);
             return Verdict::Apart(face_b.separation);
         }
-        let least = greater(face_a.separation, face_b.separation) + slack;
-        let edges = self.edges(simd, (margin, least), known, near);
+        let minimum = greater(face_a.separation, face_b.separation) + slack;
+        let edges = self.edges(simd, (margin, minimum), known, near);
         if let Some(e) = edges {
             remember(cache, EDGES, e.a, e.b);
             if e.separation > margin {
@@ -246,20 +246,20 @@ impl<'a> Pair<'a> {
         in_order(face_x, if is_any { face_y } else { FaceAxis::NONE }, near_x, near_y)
     }
 
-    /// Returns the pair of edges with the largest separation, if that is more than `least`. `known`
+    /// Returns the pair of edges with the largest separation, if that is more than `minimum`. `known`
     /// is one of the pairs; `near` holds the points that decide which pairs may be better.
     #[inline(always)]
     fn edges<S: Simd>(
         &self,
         simd: S,
-        (margin, least): (f32, f32),
+        (margin, minimum): (f32, f32),
         known: Option<EdgeAxis>,
         near: [Vec3; 2],
     ) -> Option<EdgeAxis> {
         let (a, b) = (&self.a.hull.lanes, &self.b.hull.lanes);
-        let floor = known.map_or(least, |x| greater(least, x.separation - self.rounding));
+        let floor = known.map_or(minimum, |x| greater(minimum, x.separation - self.rounding));
         let bounds = (floor, self.rounding);
-        let known = known.filter(|x| x.separation > least);
+        let known = known.filter(|x| x.separation > minimum);
         let (mut of_a, mut of_b) = (EdgeList::EMPTY, EdgeList::EMPTY);
         a.find_edges(simd, near[0], bounds, &mut of_a);
         if of_a.is_empty() {
@@ -269,7 +269,7 @@ impl<'a> Pair<'a> {
         if of_b.is_empty() {
             return known;
         }
-        let best = self.best_edges(simd, (margin, least), [of_a.numbers(), of_b.numbers()]);
+        let best = self.best_edges(simd, (margin, minimum), [of_a.numbers(), of_b.numbers()]);
         match (best, known) {
             (Some(e), Some(x)) if x.separation > e.separation => known,
             (None, _) => known,
@@ -316,8 +316,8 @@ impl Side<'_> {
     fn separation<S: Simd>(&self, simd: S, face: usize) -> (f32, Vec3, f32) {
         let plane = self.hull.planes[face];
         let n = self.frames.r.transpose_mul(plane.normal);
-        let least = self.other.lanes.least_along(simd, n);
-        (least + plane.normal.dot(self.frames.t) - plane.offset, n, least)
+        let minimum = self.other.lanes.min_along(simd, n);
+        (minimum + plane.normal.dot(self.frames.t) - plane.offset, n, minimum)
     }
 
     /// Returns the axis of a face, with the vertex of the minimum.
@@ -327,20 +327,20 @@ impl Side<'_> {
         simd: S,
         (face, separation): (usize, f32),
         n: Vec3,
-        least: f32,
+        minimum: f32,
     ) -> FaceAxis {
-        let lowest = self.other.vertices[self.other.lanes.lowest_at(simd, n, least)];
+        let lowest = self.other.vertices[self.other.lanes.lowest_at(simd, n, minimum)];
         FaceAxis { face, separation, witness: self.frames.point(lowest) }
     }
 
     /// Returns the axis of the first face; with the witness only if it is not beyond the margin.
     #[inline(always)]
     fn first_face<S: Simd>(&self, simd: S, face: usize, margin: f32) -> FaceAxis {
-        let (separation, n, least) = self.separation(simd, face);
+        let (separation, n, minimum) = self.separation(simd, face);
         if separation > margin {
             return FaceAxis { face, ..FaceAxis::floor(separation) };
         }
-        self.with_witness(simd, (face, separation), n, least)
+        self.with_witness(simd, (face, separation), n, minimum)
     }
 
     /// Returns the face with the largest separation, if above `start`, else `start`. The search
@@ -374,12 +374,12 @@ impl Side<'_> {
                 while near != 0 {
                     let face = group * LANES + near.trailing_zeros() as usize;
                     near &= near - 1;
-                    let (separation, n, least) = self.separation(simd, face);
+                    let (separation, n, minimum) = self.separation(simd, face);
                     // The first of equal ones wins, wherever the search started.
                     if separation > best.separation
                         || (separation >= best.separation && face < best.face)
                     {
-                        best = self.with_witness(simd, (face, separation), n, least);
+                        best = self.with_witness(simd, (face, separation), n, minimum);
                         low = [best.witness, low[0]];
                         if separation > margin {
                             return (best, f32::INFINITY);
@@ -389,7 +389,7 @@ impl Side<'_> {
                 }
             }
         }
-        (best, most(far))
+        (best, reduce_max(far))
     }
 
     /// Returns a point of the hull near the contact along a face axis: below the point `near` of
@@ -476,12 +476,12 @@ mod tests {
                 panic!("nothing is farther apart than that");
             };
             let level = SimdLevel::best().0;
-            let most = |side: &Side<'_>| {
+            let maximum = |side: &Side<'_>| {
                 let all = (0..side.hull.planes.len())
                     .map(|i| dispatch!(level, simd => side.separation(simd, i)).0);
                 all.fold(f32::NEG_INFINITY, greater)
             };
-            let (of_a, of_b) = (most(&pair.a), most(&pair.b));
+            let (of_a, of_b) = (maximum(&pair.a), maximum(&pair.b));
             assert_eq!(found.face_a.separation.to_bits(), of_a.to_bits());
             if of_b > of_a {
                 assert_eq!(found.face_b.separation.to_bits(), of_b.to_bits());

@@ -82,7 +82,7 @@ impl From<Rope> for JointKind {
 impl From<Spring> for JointKind {
     /// A spring without limits of its length.
     fn from(spring: Spring) -> Self {
-        Self::Distance { min: 0.0, max: limits::DISTANCE.most, spring: Some(spring) }
+        Self::Distance { min: 0.0, max: limits::DISTANCE.maximum, spring: Some(spring) }
     }
 }
 

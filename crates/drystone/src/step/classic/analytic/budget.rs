@@ -5,7 +5,7 @@ use crate::base::double::lesser;
 
 /// Maximum multiplications of a step: some seconds. Piles of 60 bodies take a tenth of that in
 /// their worst steps.
-const MOST_WORK: f64 = 4.0e9;
+const MAX_WORK: f64 = 4.0e9;
 
 /// Multiplications per point in a Newton step, in a function evaluation of its line search, and in
 /// a sweep.
@@ -24,7 +24,7 @@ pub(crate) struct Budget {
     left: f64,
     solves: u32,
     /// In this solve: maximum work, and the work so far.
-    most: f64,
+    maximum: f64,
     work: f64,
     points: f64,
 }
@@ -32,28 +32,28 @@ pub(crate) struct Budget {
 impl Budget {
     /// Begins a step with this number of solves.
     pub(crate) const fn of_step(solves: u32) -> Self {
-        Self { left: MOST_WORK, solves, most: 0.0, work: 0.0, points: 0.0 }
+        Self { left: MAX_WORK, solves, maximum: 0.0, work: 0.0, points: 0.0 }
     }
 
     /// Begins the next solve, with this number of points.
     pub(crate) fn begin(&mut self, points: usize) {
-        self.left -= lesser(self.work, self.most);
+        self.left -= lesser(self.work, self.maximum);
         #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
         let points = points as f64;
-        self.most = self.left / f64::from(self.solves.max(1));
+        self.maximum = self.left / f64::from(self.solves.max(1));
         (self.solves, self.work, self.points) = (self.solves.saturating_sub(1), 0.0, points);
     }
 
     /// Counts multiplications, `each` per point plus `more`; false once the limit is exceeded.
     pub(crate) fn allows(&mut self, each: f64, more: f64) -> bool {
         self.work += each * self.points + more;
-        self.work <= self.most
+        self.work <= self.maximum
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Budget, MOST_WORK};
+    use super::{Budget, MAX_WORK};
 
     /// Work of a step that never converges, with this number of solves.
     fn work_of_a_step(solves: u32, each: f64) -> f64 {
@@ -70,12 +70,12 @@ mod tests {
 
     #[test]
     fn a_step_has_one_budget_however_many_solves_it_has() {
-        let one = 1.0e-3 * MOST_WORK;
+        let one = 1.0e-3 * MAX_WORK;
         for solves in [1, 2, 20, 256 * 20] {
             let work = work_of_a_step(solves, 0.1 * one);
-            assert!(work <= MOST_WORK, "{solves}: {work}");
+            assert!(work <= MAX_WORK, "{solves}: {work}");
             // The unused work is less than one Newton step in each solve.
-            assert!(work >= MOST_WORK - f64::from(solves) * one, "{solves}: {work}");
+            assert!(work >= MAX_WORK - f64::from(solves) * one, "{solves}: {work}");
         }
     }
 
@@ -83,8 +83,8 @@ mod tests {
     fn what_a_solve_leaves_is_for_those_after_it() {
         let mut budget = Budget::of_step(2);
         budget.begin(1);
-        assert!(budget.allows(0.1 * MOST_WORK, 0.0));
+        assert!(budget.allows(0.1 * MAX_WORK, 0.0));
         budget.begin(1);
-        assert!(budget.allows(0.89 * MOST_WORK, 0.0) && !budget.allows(0.02 * MOST_WORK, 0.0));
+        assert!(budget.allows(0.89 * MAX_WORK, 0.0) && !budget.allows(0.02 * MAX_WORK, 0.0));
     }
 }

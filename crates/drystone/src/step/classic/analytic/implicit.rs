@@ -9,7 +9,7 @@
 
 use super::budget::{POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
 use super::skyline::SIX;
-use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
+use super::{Analytic, MIN_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
 
 /// Limits: rounds of impulses, Newton steps in a round, halvings of such a step.
 const ROUNDS: u32 = 12;
@@ -19,7 +19,7 @@ const NEWTON: u32 = 40;
 const HALVINGS: u32 = 12;
 
 /// Maximum number of unknowns: a factorization of a tenth of a second.
-const MOST_UNKNOWNS: usize = 600;
+const MAX_UNKNOWNS: usize = 600;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +36,7 @@ impl Analytic {
     /// Runs Newton's method for velocities and slips together, from the current state.
     pub(crate) fn take_implicit(&mut self, scale: f64) -> Outcome {
         let mut outcome = Outcome { residual: self.residual() / scale, ..Outcome::default() };
-        if SIX * self.y.len() > MOST_UNKNOWNS {
+        if SIX * self.y.len() > MAX_UNKNOWNS {
             return outcome;
         }
         let mut stiffness = STIFFNESS;
@@ -50,7 +50,7 @@ impl Analytic {
             }
             let (solves, done) = self.settle(stiffness, 0.01 * TOLERANCE * scale);
             outcome.sweeps += solves;
-            if !done && stiffness > LEAST_STIFFNESS {
+            if !done && stiffness > MIN_STIFFNESS {
                 stiffness *= 0.1;
                 self.y.clone_from(&self.whole.start);
                 continue;

@@ -7,7 +7,7 @@ use crate::base::double::lesser;
 pub(crate) const SIX: usize = 6;
 
 /// Maximum multiplications of a factorization: a fifth of a second.
-const MOST_WORK: f64 = 2.0e8;
+const MAX_WORK: f64 = 2.0e8;
 
 /// The matrix and its memory.
 #[derive(Clone, Debug, Default)]
@@ -68,7 +68,7 @@ impl Skyline {
             }
         }
         self.work = work;
-        if work > MOST_WORK {
+        if work > MAX_WORK {
             return false;
         }
         self.values.resize(size, 0.0);
@@ -141,8 +141,8 @@ impl Skyline {
                 for k in 0..SIX {
                     let row = SIX * *of as usize + k;
                     let at = self.start[row] + SIX * *by as usize - self.first[row];
-                    let most = if by == of { k + 1 } else { SIX };
-                    for (value, x) in self.values[at..at + most].iter_mut().zip(&g[j]) {
+                    let maximum = if by == of { k + 1 } else { SIX };
+                    for (value, x) in self.values[at..at + maximum].iter_mut().zip(&g[j]) {
                         *value += weight * g[i][k] * x;
                     }
                 }

@@ -54,9 +54,9 @@ fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
         (inertia.zz, inertia.xz, inertia.yz) = (0.0, 0.0, 0.0);
     }
     let (d, axes) = inertia.eigen();
-    let least = 1.0e-6 * d.max_element();
+    let minimum = 1.0e-6 * d.max_element();
     let each = |i: f32| {
-        if i > least {
+        if i > minimum {
             let r = i.sqrt();
             if inverse { 1.0 / r } else { r }
         } else {

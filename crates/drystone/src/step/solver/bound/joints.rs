@@ -58,8 +58,8 @@ impl Solver<'_> {
                     let spring = at(&rest.spring, lane);
                     let square = f64::from(spring.x) * inv_h / f64::from(spring.z);
                     let off = length - f64::from(limits.z);
-                    let most = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
-                    bound.release(f64::from(impulse.z), slip, (0.0, square, most), (off, inv_h));
+                    let maximum = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
+                    bound.release(f64::from(impulse.z), slip, (0.0, square, maximum), (off, inv_h));
                 }
             }
         }
@@ -167,7 +167,7 @@ fn ask_six(
         let inv_h = f64::from(sweep.inv_h);
         // Through the locked axes of a joint its two bodies act as one at their lever arms; in a
         // tree, the whole tree does.
-        let most = match (locks, kind) {
+        let maximum = match (locks, kind) {
             (true, 0) => 1.0 / (1.0 / a.mass + 1.0 / b.mass),
             (true, _) => lesser(a.inertia_at(ra + gap), b.inertia_at(rb)),
             (false, 0) => bound.mass,
@@ -177,7 +177,7 @@ fn ask_six(
             let stiffness = f64::from(push.stiffness[lane]);
             let is_per_mass = push.per_mass[lane] > 0.0;
             let [own, square] = if is_per_mass { [0.0, stiffness] } else { [stiffness, 0.0] };
-            bound.release(f64::from(impulse), speeds, (own, square, most), (off, inv_h));
+            bound.release(f64::from(impulse), speeds, (own, square, maximum), (off, inv_h));
         };
         let (low, high) = (f64::from(laws.low[lane]), f64::from(laws.high[lane]));
         let error = greater(greater(low - x, x - high), 0.0);

@@ -39,9 +39,9 @@ impl Pair<'_> {
         };
         let turning = spin(a, self.bodies[0], extent_a) + spin(b, self.bodies[1], extent_b);
         let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
-        let most = size(self.bodies[0]).min(size(self.bodies[1]));
+        let maximum = size(self.bodies[0]).min(size(self.bodies[1]));
         let way = 1.1 * self.ctx.dt * ((b.v - a.v).length() + turning);
-        self.ctx.margin.max(way.min(most))
+        self.ctx.margin.max(way.min(maximum))
     }
 
     /// Replaces the manifold of a contact. An empty one leaves a contact out of reach, because
@@ -113,11 +113,11 @@ pub(super) fn nearest(
     normal: Vec3,
 ) -> Option<usize> {
     let mut best = None;
-    let mut most = f32::NEG_INFINITY;
+    let mut maximum = f32::NEG_INFINITY;
     for (k, manifold) in made.iter().enumerate().filter(|(k, _)| left[*k]) {
         let along = pose_a.direction(manifold.normal).dot(normal);
-        if along > most {
-            (best, most) = (Some(k), along);
+        if along > maximum {
+            (best, maximum) = (Some(k), along);
         }
     }
     best

@@ -126,7 +126,7 @@ impl Solver<'_> {
         let parts = lanes(block.parting);
         let parts = above(load(simd, &parts), zero);
         let inv_dt = splat(simd, 1.0 / ctx.dt);
-        let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
+        let (minimum, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
         let of = |load: fn(S, &ReadRows<'_, SolverBody>, &[u32; LANES]) -> Velocity<S>| {
             (
                 load(simd, &self.body.solver_bodies, &block.row_a),
@@ -134,7 +134,7 @@ impl Solver<'_> {
             )
         };
         let (motion, velocity) = (of(load_motion), of(load_velocity));
-        let mut most = zero;
+        let mut maximum = zero;
         for j in 0..rows {
             let point = &block.points[j];
             let mut s = load(simd, &point.s0) + along::<S, FIXED>(simd, block, j, &motion);
@@ -148,16 +148,16 @@ impl Solver<'_> {
             let mass = load(simd, &point.mass) * load(simd, &takes);
             let excess = max(-s - give * load(simd, &block.k[K[j][j]]), zero);
             let excess = select(above(mass, zero), excess, zero);
-            most = max(most, excess);
+            maximum = max(maximum, excess);
             // Do not add to the speed of points that already separate: a bounce keeps its energy.
-            let speed = min(excess * inv_dt, max(least, rate * -s));
+            let speed = min(excess * inv_dt, max(minimum, rate * -s));
             let speed = max(speed - max(vn, zero), zero);
             let wanted = select(parts, speed, zero) - max(s, zero) * inv_dt;
             wanted.store_array(&mut parting.wanted[j]);
             mass.store_array(&mut parting.mass[j]);
             parting.impulse[j] = [0.0; LANES];
         }
-        let goes_on = above(most, splat(simd, ctx.parted[usize::from(FIXED)]));
+        let goes_on = above(maximum, splat(simd, ctx.parted[usize::from(FIXED)]));
         #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
         let goes_on = bits(goes_on) as u8;
         block.parting &= goes_on;
@@ -184,7 +184,7 @@ impl Solver<'_> {
         let row = self.plan.members[i - 1];
         let (extent, whitening) = (self.bodies.at(row).extent, self.body.whitening.read(i));
         let (v, w) = (three(way.v) * whitening.alpha(), whitening.s().mul(three(way.w)));
-        let part = |size: f32, most: f32| if size > most { most / size } else { 1.0 };
+        let part = |size: f32, maximum: f32| if size > maximum { maximum / size } else { 1.0 };
         let of_v = part(v.length(), DEEP_RATE * extent);
         let of_w = part(w.length(), DEEP_RATE);
         let (solver_body, dt) = (self.body.solver_bodies.row(i), self.ctx.dt);

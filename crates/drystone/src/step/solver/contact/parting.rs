@@ -51,8 +51,8 @@ pub(crate) fn mark<const FIXED: bool>(
         let given = load / raw.count[lane] * give(softness);
         let excess =
             |(j, point): (usize, &PointRows)| -point.s0[lane] - given * block.k[K[j][j]][lane];
-        let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
-        if c.traits.any(Traits::PARTING) || !source.is_renewed && most > ctx.deep {
+        let maximum = points.iter().enumerate().map(excess).fold(0.0, f32::max);
+        if c.traits.any(Traits::PARTING) || !source.is_renewed && maximum > ctx.deep {
             parting |= 1 << lane;
         }
     }

@@ -152,7 +152,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let (mut a, mut b, mut rb, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
     let (mut ca, mut cb, mut weight, mut gap) = (zeros, zeros, zero, zero);
     let mut weights = [zero; N];
-    let (mut total, mut most, mut lowest) = (zero, zero, zero);
+    let (mut total, mut maximum, mut lowest) = (zero, zero, zero);
     let (mut turn_a, mut turn_b) = (zeros, zeros);
     for j in 0..N {
         #[expect(clippy::cast_precision_loss, reason = "below 4")]
@@ -165,7 +165,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let s0 = select(is_there, s - rest_offset - settled, zero);
         let impulse = select(is_there, impulse, zero);
         lowest = min(lowest, s0);
-        most = max(most, impulse);
+        maximum = max(maximum, impulse);
         let impulse = impulse * scale;
         let point = &mut block.points[j];
         // Friction acts at the middle of the close points.
@@ -193,7 +193,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         total += impulse;
         weight += w;
     }
-    if let Some(part) = kept(simd, block, most * scale * linear, source.ctx.warm_most) {
+    if let Some(part) = kept(simd, block, maximum * scale * linear, source.ctx.warm_max) {
         (turn_a, turn_b, total) = (turn_a * part, turn_b * part, total * part);
         scale *= part;
     }
@@ -220,7 +220,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         ca = ca - gap;
     }
 
-    let settling = above(select(above(most, zero), zero, count), splat(simd, 2.5));
+    let settling = above(select(above(maximum, zero), zero, count), splat(simd, 2.5));
     let arms = Arms { sa, sb, ca, cb, linear, reach, settling };
     let f = build_friction::<S, FIXED>(simd, &arms, [n, t1, t2], block);
     let [tx, ty, tz, twist] = tangent;
@@ -237,7 +237,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         turn_b = turn_b + f[1][i] * impulse[i];
     }
 
-    mark_fresh(simd, block, count, most);
+    mark_fresh(simd, block, count, maximum);
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
     Warm { push, turn_a, turn_b, reach, grows }
 }
@@ -267,7 +267,7 @@ fn put_masses<S: Simd, const FIXED: bool, const N: usize>(
     }
 }
 
-/// Limits the warm start of contacts to impulses that give their bodies a speed of `most`, and
+/// Limits the warm start of contacts to impulses that give their bodies a speed of `maximum`, and
 /// returns the factor; `None`: no change. `speeds`: the speeds that their maximum impulses would
 /// give.
 ///
@@ -275,12 +275,17 @@ fn put_masses<S: Simd, const FIXED: bool, const N: usize>(
 /// weight. When one of the two disappears, the sweep that removes the other's impulse leaves a part
 /// of it, which threw a crate out at 31 m/s.
 #[inline(always)]
-fn kept<S: Simd>(simd: S, block: &mut ContactBlock, speeds: Wide<S>, most: f32) -> Option<Wide<S>> {
-    let most = splat(simd, most);
-    if bits(above(speeds, most)) == 0 {
+fn kept<S: Simd>(
+    simd: S,
+    block: &mut ContactBlock,
+    speeds: Wide<S>,
+    maximum: f32,
+) -> Option<Wide<S>> {
+    let maximum = splat(simd, maximum);
+    if bits(above(speeds, maximum)) == 0 {
         return None;
     }
-    let part = min(splat(simd, 1.0), most / max(speeds, most));
+    let part = min(splat(simd, 1.0), maximum / max(speeds, maximum));
     for point in &mut block.points {
         (load(simd, &point.impulse) * part).store_array(&mut point.impulse);
     }
@@ -291,10 +296,10 @@ fn kept<S: Simd>(simd: S, block: &mut ContactBlock, speeds: Wide<S>, most: f32) 
 /// the maximum is zero where all are. A lone point needs no rounds and gets none, whatever contacts
 /// share its block.
 #[inline(always)]
-fn mark_fresh<S: Simd>(simd: S, block: &mut ContactBlock, count: Wide<S>, most: Wide<S>) {
+fn mark_fresh<S: Simd>(simd: S, block: &mut ContactBlock, count: Wide<S>, maximum: Wide<S>) {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let several = select(above(count, splat(simd, 1.5)), one, zero);
-    select(above(most, zero), zero, several).store_array(&mut block.fresh);
+    select(above(maximum, zero), zero, several).store_array(&mut block.fresh);
     block.any_fresh = false;
     for fresh in &block.fresh {
         block.any_fresh |= *fresh > 0.0;
@@ -388,8 +393,9 @@ fn build_friction<S: Simd, const FIXED: bool>(
     // energy. (In every step, four cubes on a slope never came to rest.)
     if settling.any_true() {
         let turn = max(k[0], k[2]) - linear;
-        let least = splat(simd, 0.625) - splat(simd, 0.375) * linear * inverse_or_zero(simd, turn);
-        let part = max(least, zero);
+        let minimum =
+            splat(simd, 0.625) - splat(simd, 0.375) * linear * inverse_or_zero(simd, turn);
+        let part = max(minimum, zero);
         for i in 0..5 {
             let own = [linear, zero, linear, zero, zero][i];
             k[i] = select(settling, own + part * (k[i] - own), k[i]);
@@ -401,8 +407,8 @@ fn build_friction<S: Simd, const FIXED: bool>(
     let (e1, e2) = (m11 * k13 + m12 * k23, m12 * k13 + m22 * k23);
     let left = k33 - (k13 * e1 + k23 * e2);
     // There is no twist at a reach of rounding size either: its inverse would overflow.
-    let least = max(k33 * splat(simd, 1.0e-5), k11 * splat(simd, 1.0e-12));
-    let m33 = select(above(left, least), inverse_or_zero(simd, left), zero);
+    let minimum = max(k33 * splat(simd, 1.0e-5), k11 * splat(simd, 1.0e-12));
+    let m33 = select(above(left, minimum), inverse_or_zero(simd, left), zero);
     let m = [
         m11 + e1 * e1 * m33,
         m12 + e1 * e2 * m33,

@@ -31,8 +31,8 @@ pub(crate) fn landing(c: &Contact, source: &Source<'_>) -> u8 {
         return 0;
     }
     // If some shapes have their own hit speeds, any speed may count.
-    let least = if source.shapes.give_hit_speed > 0 { 0.0 } else { source.ctx.hit_speed };
-    if !(c.approach() > least) {
+    let minimum = if source.shapes.give_hit_speed > 0 { 0.0 } else { source.ctx.hit_speed };
+    if !(c.approach() > minimum) {
         return 0;
     }
     let bare = c.points().iter().map(|p| u8::from(!(p.impulse > 0.0)));

@@ -125,8 +125,8 @@ fn pack_bounce(
         let faster = fall.min(0.0) * ahead;
         let meets = s + (speed + 0.6 * faster) * ahead < 0.0 && speed + faster < 0.0;
         let square = speed * speed - 2.0 * fall * s.max(0.0);
-        let least = source.ctx.restitution_speed.max(slow);
-        meets && square > least * least
+        let minimum = source.ctx.restitution_speed.max(slow);
+        meets && square > minimum * minimum
     })
 }
 

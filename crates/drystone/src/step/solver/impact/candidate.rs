@@ -76,7 +76,7 @@ pub(crate) struct Moment {
     /// Velocities already contain the forces of the next substep.
     pub(crate) kicked: bool,
     /// Minimum speed of a bounce [m/s], and maximum speed of push-out.
-    pub(crate) least: f32,
+    pub(crate) minimum: f32,
     pub(crate) push: f32,
     /// Minimum speed of an impact at a contact that does not bounce [m/s].
     pub(crate) impact_speed: f32,
@@ -140,7 +140,7 @@ pub(crate) struct Candidate {
     points: u8,
     /// Number of hits in this substep.
     pub(crate) hits: u8,
-    most_hits: u8,
+    max_hits: u8,
     /// Speeds of all points along the normal at the last evaluation.
     speed: [f32; 4],
     /// Speeds before any impact of this pass.
@@ -157,7 +157,7 @@ pub(crate) struct Candidate {
     /// Its response, after it was hit in this step.
     pub(crate) response: u32,
     /// Minimum speed at which it bounces without a load.
-    least: f32,
+    minimum: f32,
     /// Minimum speed after an impact without bounce, for closing the rest of the gap: twice the
     /// speed that forces add in a substep.
     follows: f32,
@@ -217,9 +217,9 @@ impl Candidate {
         let extra = source.extra(self.block as usize);
         self.drifts = extra.is_some_and(|extra| extra.drifts);
         self.bounces = source.restitution(self.block as usize, lane) > 0.0;
-        self.most_hits = if self.bounces { HITS[usize::from(self.points > 1)] } else { BLOWS };
-        let least = if self.bounces {
-            moment.least.max(extra.map_or(0.0, |extra| extra.slow[lane]))
+        self.max_hits = if self.bounces { HITS[usize::from(self.points > 1)] } else { BLOWS };
+        let minimum = if self.bounces {
+            moment.minimum.max(extra.map_or(0.0, |extra| extra.slow[lane]))
         } else {
             let along =
                 |solver_row: u32| self.n.dot(*source.acceleration.read(solver_row as usize)).abs();
@@ -227,7 +227,7 @@ impl Candidate {
             self.follows = (2.0 * along * moment.h).max(moment.still);
             moment.impact_speed.max(along * source.dt)
         };
-        self.least = least.max(moment.still);
+        self.minimum = minimum.max(moment.still);
     }
 
     /// Speeds of the points along the normal that kinematic bodies cause.
@@ -256,7 +256,7 @@ impl Candidate {
             self.placed = pass;
             self.place(source, f32::from(moment.done) * moment.h);
         }
-        if self.hits >= self.most_hits {
+        if self.hits >= self.max_hits {
             return 0;
         }
         self.speed = self.speeds(source);
@@ -316,27 +316,27 @@ impl Candidate {
     /// of an impact.
     #[inline]
     fn meets(&self, source: &Source<'_>, moment: &Moment) -> u8 {
-        let faster = |least: f32| {
+        let faster = |minimum: f32| {
             let mut met = 0;
             for j in 0..4 {
                 let is_hit = if self.bounces {
-                    self.speed[j] < -least && self.s[j] + self.speed[j] * moment.h < 0.0
+                    self.speed[j] < -minimum && self.s[j] + self.speed[j] * moment.h < 0.0
                 } else {
-                    self.speed[j] + self.kept(moment, j) < -least
+                    self.speed[j] + self.kept(moment, j) < -minimum
                 };
                 met |= u8::from(is_hit) << j;
             }
             met & self.points
         };
         let is_first = self.bounces || self.response == NONE;
-        let least = if is_first { self.least } else { self.follows };
-        if faster(least) == 0 {
+        let minimum = if is_first { self.minimum } else { self.follows };
+        if faster(minimum) == 0 {
             return 0;
         }
         // A contact under load is at rest, and push-out of its neighbors and the weight above may
         // move it.
         let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
-        faster(least + carried)
+        faster(minimum + carried)
     }
 
     /// Approach speed that closes the gap of a point in the substep [m/s].

@@ -37,7 +37,7 @@ impl Solver<'_> {
             substeps: u16::try_from(ctx.substeps).expect("at most 256 substeps"),
             h: ctx.h,
             kicked,
-            least: ctx.restitution_speed,
+            minimum: ctx.restitution_speed,
             impact_speed: narrowphase::turns::IMPACT_SPEED * ctx.length,
             still: STILL * ctx.length,
             push: ctx.push_speed,

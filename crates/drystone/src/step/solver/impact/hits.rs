@@ -54,10 +54,10 @@ impl Impacts {
         if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
             for hit in hits.iter() {
                 ends_of(source, hit.solver_rows)
-                    .for_each(|end| ends[end].most = ends[end].most.max(hit.e));
+                    .for_each(|end| ends[end].maximum = ends[end].maximum.max(hit.e));
             }
             hits.retain(|hit| {
-                let first = ends_of(source, hit.solver_rows).all(|end| ends[end].most <= hit.e);
+                let first = ends_of(source, hit.solver_rows).all(|end| ends[end].maximum <= hit.e);
                 let round = *round + 1;
                 if !first && core::mem::replace(&mut looked[hit.candidate as usize], round) < round
                 {
@@ -67,7 +67,7 @@ impl Impacts {
             });
             let left = looks.iter().map(|candidate| rows_of[*candidate as usize]);
             for solver_rows in hits.iter().map(|hit| hit.solver_rows).chain(left) {
-                ends_of(source, solver_rows).for_each(|end| ends[end].most = 0.0);
+                ends_of(source, solver_rows).for_each(|end| ends[end].maximum = 0.0);
             }
         }
         for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {

@@ -108,7 +108,7 @@ struct End {
     /// It belongs to a candidate.
     met: bool,
     /// Maximum restitution of the points that approach it in this round.
-    most: f32,
+    maximum: f32,
     /// The last hit on it while hits are linked.
     hit: u32,
     /// The last round in which it was hit.
@@ -117,7 +117,7 @@ struct End {
 
 impl End {
     const NEW: Self =
-        Self { first: 0, count: 0, live: false, met: false, most: 0.0, hit: NONE, struck: 0 };
+        Self { first: 0, count: 0, live: false, met: false, maximum: 0.0, hit: NONE, struck: 0 };
 }
 
 /// Number of a row.

@@ -216,7 +216,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let across = h * splat(simd, 0.5) * (slip.dot(slip) - along * along) * scale;
     let across = across / (one + across * h * splat(simd, 0.5) * scale);
     let mut vn = along + n.dot(bend) + across;
-    let Vec3w { x: least, y: most, z: unstrained } = Vec3w::load(simd, &rest.limits);
+    let Vec3w { x: minimum, y: maximum, z: unstrained } = Vec3w::load(simd, &rest.limits);
     let Vec3w { x: rate, y: soft, z: leak } = Vec3w::load(simd, &rest.spring);
     let s = &sweep.softness;
     let (rigid_rate, rigid_mass, rigid_leak) =
@@ -230,8 +230,8 @@ pub(crate) fn solve_distance<S: Simd>(
     let mut pushed = d;
 
     // Lower limit or rod. A rod's impulse may have either sign.
-    let rod = above(splat(simd, 1.0e-9), most - least);
-    let gap = length - least;
+    let rod = above(splat(simd, 1.0e-9), maximum - minimum);
+    let gap = length - minimum;
     let open = above(gap, zero);
     let free = select(rod, zero, select(open, one, zero));
     let is_free = above(free, zero);
@@ -245,7 +245,7 @@ pub(crate) fn solve_distance<S: Simd>(
     pushed += d;
 
     // Upper limit: pulls the anchors together.
-    let gap = most - length;
+    let gap = maximum - length;
     let open = above(gap, zero);
     let bias = select(open, gap * inv_h, sweep.caps.closing(simd, gap, rigid_rate));
     let gain = select(open, one, rigid_mass);

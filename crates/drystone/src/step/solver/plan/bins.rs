@@ -9,7 +9,7 @@ use crate::step::solver::work::Bound;
 
 /// Maximum number of bodies of a bounded island. One limb is no reason to scale down all impulses
 /// of a thousand bodies. Checking the bound twice per substep would cost as much as solving them.
-const MOST: usize = 1000;
+const MAX: usize = 1000;
 
 /// The islands that have joints, group by group.
 #[derive(Clone, Debug, Default)]
@@ -93,7 +93,7 @@ impl Bins {
         let of_row = &self.of_row;
         let same = |a: &u32, b: &u32| of_row[*a as usize] == of_row[*b as usize];
         let large =
-            self.solver_rows[begin..].chunk_by(same).filter(|solver_rows| solver_rows.len() > MOST);
+            self.solver_rows[begin..].chunk_by(same).filter(|solver_rows| solver_rows.len() > MAX);
         let large: Vec<u32> = large.flatten().copied().collect();
         large.iter().for_each(|solver_row| self.of_row[*solver_row as usize] = NONE);
         if !large.is_empty() {

@@ -318,7 +318,9 @@ impl Forest {
             let child = &mut sides[joint.child as usize - first];
             child.pull(if holds > child.holds { total } else { total - child.mass });
         }
-        (0..n).fold(0.0, |most, i| crate::base::double::greater(sides[i].pulls[1] / mass(i), most))
+        (0..n).fold(0.0, |maximum, i| {
+            crate::base::double::greater(sides[i].pulls[1] / mass(i), maximum)
+        })
     }
 }
 

@@ -80,7 +80,7 @@ impl Layout {
         &self,
         batches: &Range<usize>,
         jobs: &Jobs<'_>,
-        least: usize,
+        minimum: usize,
         f: impl Fn(&Batch, Range<usize>) + Sync,
     ) {
         let batches = &self.batches[batches.clone()];
@@ -88,7 +88,7 @@ impl Layout {
             jobs,
             batches.len(),
             |k| batches[k].blocks.len(),
-            least,
+            minimum,
             |k, part| {
                 let first = batches[k].blocks.start;
                 f(&batches[k], first + part.start..first + part.end);

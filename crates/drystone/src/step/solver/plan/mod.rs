@@ -40,13 +40,13 @@ use crate::step::context::StepContext;
 use crate::step::narrowphase;
 
 /// Maximum constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
-const MOST_ENDS: usize = 2400;
+const MAX_ENDS: usize = 2400;
 
 /// Minimum constraint ends for which it pays that workers share a color.
-const LEAST_SHARED: usize = 1024;
+const MIN_SHARED: usize = 1024;
 
 /// Minimum constraint ends for which it pays to give them to another worker.
-const LEAST_GROUP: usize = 128;
+const MIN_GROUP: usize = 128;
 
 /// An island's share of the solver bodies.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +95,7 @@ pub(crate) struct Plan {
 
 /// Maximum number of parts into which a shared group is sorted: the number that fits in a class
 /// beside the number of points.
-const MOST_PARTS: usize = 16;
+const MAX_PARTS: usize = 16;
 
 /// Bits for the number of points in the class of a contact.
 const COUNT: u32 = 2;
@@ -285,7 +285,7 @@ impl Plan {
     ) {
         let key = row_key(&self.group_of_row);
         let (groups, shared, group_of_row) = (&self.groups, self.shared, &self.group_of_row);
-        let parts = self.workers.min(MOST_PARTS);
+        let parts = self.workers.min(MAX_PARTS);
         let Turning { bodies: turning, often, .. } = &self.turning;
         // In a shared group each worker begins with its own part of the solver bodies: see
         // `row_key`.
@@ -403,8 +403,7 @@ impl Plan {
         }
         let workers = self.workers;
         let is_shared = |ends: usize| {
-            ends > 2 * MOST_ENDS
-                || (workers > 1 && ends > LEAST_SHARED && 2 * workers * ends > total)
+            ends > 2 * MAX_ENDS || (workers > 1 && ends > MIN_SHARED && 2 * workers * ends > total)
         };
         let work_of = |share: &Share| {
             share.ends * parts[subdivision_of(share.island, &self.subdivision[0]) as usize]
@@ -415,9 +414,9 @@ impl Plan {
         // the last block of a color in each group is not full. Later groups are smaller, so that
         // all workers finish at about the same time (guided self-scheduling: Polychronopoulos and
         // Kuck 1987).
-        let most_of = |left: usize| match workers {
-            1 => (all / 4).max(LEAST_SHARED / 2),
-            _ => (left / workers).max(all / (8 * workers)).max(LEAST_GROUP),
+        let max_of = |left: usize| match workers {
+            1 => (all / 4).max(MIN_SHARED / 2),
+            _ => (left / workers).max(all / (8 * workers)).max(MIN_GROUP),
         };
         self.shared = 0;
         for share in &self.islands {
@@ -429,7 +428,7 @@ impl Plan {
         // The most expensive islands come first; otherwise one worker still has them when the
         // others finish.
         let (mut group, mut filled, mut begun) = (self.shared, 0, 0);
-        let (mut left, mut most) = (all, most_of(all));
+        let (mut left, mut maximum) = (all, max_of(all));
         for of in Subdivision::ALL.into_iter().rev() {
             for share in &self.islands {
                 let ends = share.ends;
@@ -437,15 +436,15 @@ impl Plan {
                     continue;
                 }
                 let work = work_of(share);
-                if filled > 0 && (filled + ends > MOST_ENDS || begun + work > most) {
+                if filled > 0 && (filled + ends > MAX_ENDS || begun + work > maximum) {
                     (group, filled, begun) = (group + 1, 0, 0);
-                    most = most_of(left);
+                    maximum = max_of(left);
                 }
                 self.group_of[share.island as usize] = number(group);
                 (filled, begun, left) = (filled + ends, begun + work, left - work);
             }
             (group, filled, begun) = (group + usize::from(filled > 0), 0, 0);
-            most = most_of(left);
+            maximum = max_of(left);
         }
         self.groups.clear();
         self.groups.resize_with(group, Group::default);

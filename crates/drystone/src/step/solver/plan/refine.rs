@@ -20,7 +20,7 @@ pub(crate) fn subdivision_of(island: u32, chosen: &[Subdivision]) -> Subdivision
 
 /// Maximum number of bodies of an island that subdivides substeps: the motion of one limb is no
 /// reason to refine a whole pile.
-const MOST_BODIES: u32 = 64;
+const MAX_BODIES: u32 = 64;
 
 /// Threshold on twice the distance of a joint's anchor from its tangent after a substep, relative
 /// to the body's size. For an anchor at the body's end it is a tenth of a radian per substep.
@@ -40,7 +40,7 @@ const TUMBLES_ON: f32 = 0.005;
 /// True if the island is small and awake and some joint turns so fast that substeps of `h` [s] are
 /// too long.
 pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) -> bool {
-    if island.len > MOST_BODIES {
+    if island.len > MAX_BODIES {
         return false;
     }
     // Each joint is one or two cache lines for some ten instructions.
@@ -58,8 +58,8 @@ pub(crate) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
                 let end = bodies.at(end);
                 // Most bodies turn so slowly that no lever arm could exceed the limit. This bounds
                 // the offset of an arm's end, up to rounding.
-                let most = end.w.length_squared() * (h * h);
-                most > 0.99 * limit && bend(end, arm, h) > limit * body.extent.max(arm.length())
+                let maximum = end.w.length_squared() * (h * h);
+                maximum > 0.99 * limit && bend(end, arm, h) > limit * body.extent.max(arm.length())
             };
             if sides.iter().any(|(end, arm)| is_bent(*end, *arm)) {
                 return true;
@@ -85,7 +85,7 @@ pub(crate) fn tumbles(
         // For any mass distribution it is at most the square of the speed.
         body.w.length_squared() > limit && precession(body) > limit
     };
-    island.len <= MOST_BODIES
+    island.len <= MAX_BODIES
         && island.bodies(bodies).any(is_fast)
         && hangs(island, bodies, joints, contacts)
 }
@@ -129,7 +129,7 @@ fn bend(body: &Body, arm: Vec3, h: f32) -> f32 {
 
 /// True if an island is small and has joints but no trees. (A tree transmits an impact at once.)
 pub(crate) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> bool {
-    if island.len > MOST_BODIES {
+    if island.len > MAX_BODIES {
         return false;
     }
     let mut has_joints = false;

@@ -133,20 +133,22 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
         JointCall::SetPulley(pulley) => joint.set_pulley(*pulley)?,
         JointCall::SetCoupling(ratio, offset) => joint.set_coupling(*ratio, *offset)?,
         JointCall::SetAxes(axes) => joint.set_axes(**axes)?,
-        JointCall::Axis(None, AxisCall::SetMotor(speed, most)) => {
-            joint.attempt(FrameCall::SetMotor, |of| of.try_set_motor(*speed, *most))?;
+        JointCall::Axis(None, AxisCall::SetMotor(speed, maximum)) => {
+            joint.attempt(FrameCall::SetMotor, |of| of.try_set_motor(*speed, *maximum))?;
         }
-        JointCall::Axis(None, AxisCall::SetServo(position, spring, most)) => {
-            joint.attempt(FrameCall::SetServo, |of| of.try_set_servo(*position, *spring, *most))?;
+        JointCall::Axis(None, AxisCall::SetServo(position, spring, maximum)) => {
+            joint.attempt(FrameCall::SetServo, |of| {
+                of.try_set_servo(*position, *spring, *maximum)
+            })?;
         }
         JointCall::Axis(None, call) => call_axis(joint.only()?, call)?,
         JointCall::Axis(Some(axis), call) => match joint.axis(*axis) {
             Some(axis) => call_axis(axis, call)?,
             None => return Ok(Answer::Nothing),
         },
-        JointCall::SetTargetRotation(rotation, spring, most) => joint
+        JointCall::SetTargetRotation(rotation, spring, maximum) => joint
             .attempt(FrameCall::SetTargetRotation, |of| {
-                of.try_set_target_rotation(*rotation, *spring, *most)
+                of.try_set_target_rotation(*rotation, *spring, *maximum)
             })?,
         JointCall::SetStrength(strength) => joint.set_strength(*strength)?,
         JointCall::SetArticulated(articulated) => joint.set_articulated(*articulated),
@@ -164,11 +166,11 @@ fn call_axis(mut axis: AxisMut<'_, '_>, call: &AxisCall) -> Result<(), DefError>
         AxisCall::SetMotion(motion) => axis.set_motion(motion),
         AxisCall::SetLimits(min, max) => axis.set_limits(min, max),
         AxisCall::SetDrive(drive) => axis.set_drive(drive),
-        AxisCall::SetMotor(speed, most) => {
-            axis.attempt(FrameCall::SetMotor, |of| of.try_set_motor(speed, most))
+        AxisCall::SetMotor(speed, maximum) => {
+            axis.attempt(FrameCall::SetMotor, |of| of.try_set_motor(speed, maximum))
         }
-        AxisCall::SetServo(position, spring, most) => {
-            axis.attempt(FrameCall::SetServo, |of| of.try_set_servo(position, spring, most))
+        AxisCall::SetServo(position, spring, maximum) => {
+            axis.attempt(FrameCall::SetServo, |of| of.try_set_servo(position, spring, maximum))
         }
         AxisCall::SetFriction(friction) => axis.set_friction(friction),
     }

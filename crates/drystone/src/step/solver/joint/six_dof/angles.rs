@@ -6,7 +6,7 @@ use crate::base::simd::wide::{
     LANES, Mask, Vec3w, Wide, above, gather4, inverse_or_zero, max, select, splat, sqrt,
 };
 use crate::base::simd::wide_quat::{Quatw, atan2};
-use crate::state::six::{LEAST_TWIST, NO_SWING, SixLaws};
+use crate::state::six::{MIN_TWIST, NO_SWING, SixLaws};
 
 /// Rotation axes, angles, and the direction of the swing.
 pub(crate) struct Angles<S: Simd> {
@@ -153,7 +153,7 @@ impl<S: Simd> Angles<S> {
         let [a0, a1, a2] = at.a;
         let middle = a0 + at.b[0];
         let close = middle.dot(middle) * splat(simd, 0.5);
-        let row = middle * (one / max(close, splat(simd, LEAST_TWIST)));
+        let row = middle * (one / max(close, splat(simd, MIN_TWIST)));
         let is_swung = above(sine, splat(simd, NO_SWING));
         let (y, z) = (select(is_swung, y / sine, one), select(is_swung, z / sine, zero));
 

@@ -11,7 +11,7 @@ use crate::base::simd::wide::{LANES, Lanes, Wide, load};
 pub(crate) struct Axis {
     pub(crate) drive: Push,
     /// Maximum impulse of the drive; 0: none.
-    pub(crate) most: Lanes,
+    pub(crate) maximum: Lanes,
     /// Maximum impulse of friction; 0: none.
     pub(crate) friction: Lanes,
     pub(crate) limit: Push,

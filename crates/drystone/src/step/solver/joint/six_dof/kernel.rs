@@ -173,8 +173,8 @@ fn solve_loose<S: Simd, const TURNS: bool>(
 /// take a processor up to a hundred times as long.
 #[inline(always)]
 fn shown<S: Simd>(simd: S, velocity: Velocity<S>, sweep: &JointSweep) -> Velocity<S> {
-    let (zero, least) = (splat(simd, 0.0), splat(simd, sweep.caps.least));
-    let part = |x: Wide<S>| select(above(least, max(x, -x)), zero, x);
+    let (zero, minimum) = (splat(simd, 0.0), splat(simd, sweep.caps.minimum));
+    let part = |x: Wide<S>| select(above(minimum, max(x, -x)), zero, x);
     let Velocity { v, w } = velocity;
     Velocity {
         v: Vec3w { x: part(v.x), y: part(v.y), z: part(v.z) },
@@ -228,8 +228,8 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let k;
         (k, back[i]) = held.behind(&row);
         // For a rotation that the locked axes exclude completely, the remainder is rounding error.
-        let least = row.coupling(&row) * splat(simd, 1.0e-5);
-        give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
+        let minimum = row.coupling(&row) * splat(simd, 1.0e-5);
+        give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, minimum), k, zero) };
         let pushes = block.pushes(simd, i);
         let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
         let parts = [a.x, a.y, a.z, b.x, b.y, b.z];

@@ -63,8 +63,8 @@ fn combined<S: Simd>(columns: &[Vec3w<S>; 3], v: Vec3w<S>) -> Vec3w<S> {
 
 /// Speed at which a gap closes.
 #[inline(always)]
-fn closing<S: Simd>(open: Wide<S>, rate: Wide<S>, most: Wide<S>) -> Wide<S> {
-    max(min(rate * open, most), -most)
+fn closing<S: Simd>(open: Wide<S>, rate: Wide<S>, maximum: Wide<S>) -> Wide<S> {
+    max(min(rate * open, maximum), -maximum)
 }
 
 impl<S: Simd> Responses<S> {
@@ -173,21 +173,21 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     let mut y = [about[0].n.dot(spin), about[1].n.dot(spin), about[2].n.dot(spin)];
 
     // All locked axes.
-    let most = splat(simd, sweep.caps.push(0));
+    let maximum = splat(simd, sweep.caps.push(0));
     let miss = Vec3w {
-        x: mass * slip.x + closing(at.gap.x, rate, most),
-        y: mass * slip.y + closing(at.gap.y, rate, most),
-        z: mass * slip.z + closing(at.gap.z, rate, most),
+        x: mass * slip.x + closing(at.gap.x, rate, maximum),
+        y: mass * slip.y + closing(at.gap.y, rate, maximum),
+        z: mass * slip.z + closing(at.gap.z, rate, maximum),
     };
     let mut load_along = p;
     let mut first = answers.l.mul(miss);
     let mut given = Vec3w::zero(simd);
     if TURNS {
         let (mut turns, mut load_about) = ([zero; 3], [zero; 3]);
-        let most = splat(simd, sweep.caps.push(3));
+        let maximum = splat(simd, sweep.caps.push(3));
         for i in 0..3 {
             let off = x[i] - load(simd, &block.place[i + 3]);
-            let missed = mass * y[i] + closing(off, rate, most);
+            let missed = mass * y[i] + closing(off, rate, maximum);
             turns[i] = (missed - answers.c[i].dot(first)) * locked[i];
             load_about[i] = load(simd, &block.held[i + 3]) * locked[i];
         }
@@ -236,8 +236,8 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
         let Vec3w { x: e0, y: e1, z: e2 } = felt[i];
         let e = [e0, e1, e2];
         // For a rotation that the locked axes exclude completely, the remainder is rounding error.
-        let least = own[i] * splat(simd, 1.0e-5);
-        let k = select(above(e[i], least), e[i], zero);
+        let minimum = own[i] * splat(simd, 1.0e-5);
+        let k = select(above(e[i], minimum), e[i], zero);
         let felt = AxisState { k, x: x[i], v: y[i], start: about[i].n.dot(start) };
         let old = [
             load(simd, &block.held[i + 3]),

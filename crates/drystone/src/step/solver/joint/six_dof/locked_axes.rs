@@ -322,8 +322,8 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
             } else {
                 q.speed_about(&self.about[i - 3], [&q.va, &q.vb])
             };
-            let most = splat(simd, sweep.caps.push(i));
-            miss[i] = mass * speed + max(min(rate * off, most), -most);
+            let maximum = splat(simd, sweep.caps.push(i));
+            miss[i] = mass * speed + max(min(rate * off, maximum), -maximum);
         }
         let [along, about] = self.impulses(
             Vec3w { x: miss[0], y: miss[1], z: miss[2] },

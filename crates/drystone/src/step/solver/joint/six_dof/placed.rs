@@ -40,7 +40,7 @@ pub(crate) fn act<S: Simd>(
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
     let hardest = splat(simd, sweep.hardest);
     let is_locked = above(load(simd, &block.locked[axis]), zero);
-    let most_back = splat(simd, sweep.caps.push(axis));
+    let max_back = splat(simd, sweep.caps.push(axis));
     let axis = &block.axes[axis];
     let AxisState { k, x, v, start } = felt;
     // Speed added by forces, contacts and other joints in the substep: the change without the
@@ -49,10 +49,10 @@ pub(crate) fn act<S: Simd>(
     let inverse = inverse_or_zero(simd, k);
     let mut drive = zero;
     if axis.drives {
-        let most = load(simd, &axis.most);
+        let maximum = load(simd, &axis.maximum);
         let law = axis.drive.law(simd, k, gained(v, old), [inv_h, hardest]);
         let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
-        drive = max(min(new, most), -most);
+        drive = max(min(new, maximum), -maximum);
         if sweep.is_relax {
             drive = select(above(law.rate, zero), old, drive);
         }
@@ -60,8 +60,8 @@ pub(crate) fn act<S: Simd>(
     let drive = select(is_locked, old, drive);
     let v = v + k * (drive - old);
 
-    let most = load(simd, &axis.friction);
-    let friction = max(min(old_friction - v * inverse, most), -most);
+    let maximum = load(simd, &axis.friction);
+    let friction = max(min(old_friction - v * inverse, maximum), -maximum);
     let v = v + k * (friction - old_friction);
 
     if !axis.limits {
@@ -74,7 +74,7 @@ pub(crate) fn act<S: Simd>(
     let error = select(is_low, over_low, over_high);
     let open = above(select(is_low, error, -error), zero);
     let s = &sweep.softness;
-    let bias = max(min(splat(simd, s.rate) * error, most_back), -most_back);
+    let bias = max(min(splat(simd, s.rate) * error, max_back), -max_back);
     let hard = Law { gain: splat(simd, s.mass), rate: zero, bias };
     let shut = hard.impulse(inverse, v, error, old);
     let ahead = old - (v + error * inv_h) * inverse;

@@ -337,11 +337,11 @@ impl Gathered<'_> {
                 continue;
             }
             min(load(simd, &axis.friction) * h, far).store_array(&mut axis.friction);
-            let [low, high, hard, most] = self.law(simd, i, 1);
+            let [low, high, hard, maximum] = self.law(simd, i, 1);
             low.store_array(&mut axis.low);
             high.store_array(&mut axis.high);
             hard.store_array(&mut axis.hard);
-            min(most * h, far).store_array(&mut axis.most);
+            min(maximum * h, far).store_array(&mut axis.maximum);
             if axis.drives || axis.yields {
                 let [stiffness, damping, per_mass, place] = self.law(simd, i, 2);
                 stiffness.store_array(&mut axis.drive.stiffness);
