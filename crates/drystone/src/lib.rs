@@ -130,7 +130,7 @@ pub mod joint {
         Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, Planar, Rope, Servo, Slider,
         Universal, Wheel,
     };
-    pub use crate::state::def::sixdof::{
+    pub use crate::state::def::six_dof::{
         JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof,
     };
     pub use crate::state::def::{Pulley, Spring};

@@ -624,8 +624,8 @@ mod tests {
     fn numbers_that_are_not_finite_meet_nothing() {
         let ball = Solid::of(&Shape::sphere(1.0));
         for x in [f32::NAN, f32::INFINITY, f32::MAX] {
-            let (at, way) = (Pose::at([x, 0.0, 0.0]), vec3(1.0, 0.0, 0.0));
-            let _ = meet(&ball, &ball, &at, &Course::straight(way), &Sliding::default());
+            let (at, displacement) = (Pose::at([x, 0.0, 0.0]), vec3(1.0, 0.0, 0.0));
+            let _ = meet(&ball, &ball, &at, &Course::straight(displacement), &Sliding::default());
             let _ = closest(&ball, &ball, &Pose::at([x, 0.0, 0.0]), 1.0);
         }
     }

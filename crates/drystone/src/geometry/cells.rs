@@ -331,9 +331,9 @@ impl Polyhedron {
             let p = |k: usize| self.vertices[face[k]] - from;
             for k in 2..face.len() {
                 let (a, b, c) = (p(0), p(k - 1), p(k));
-                let six = a.cross(b).dot(c);
-                volume += six / 6.0;
-                first = first + (a + b + c) * (six / 24.0);
+                let six_dof = a.cross(b).dot(c);
+                volume += six_dof / 6.0;
+                first = first + (a + b + c) * (six_dof / 24.0);
             }
         }
         if volume > 0.0 { (volume, from + first * (1.0 / volume)) } else { (0.0, from) }

@@ -15,7 +15,7 @@ use crate::base::quat::Quat;
 
 /// Motion of a center of mass in a step: straight, while the body turns evenly.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Way {
+pub(crate) struct Motion {
     /// Pose at the start [world].
     from: Pose,
     /// Displacement [m] and rotation vector [rad].
@@ -23,7 +23,7 @@ pub(crate) struct Way {
     turn: Vec3,
 }
 
-impl Way {
+impl Motion {
     pub(crate) const fn standing(at: Pose) -> Self {
         Self { from: at, shift: Vec3::ZERO, turn: Vec3::ZERO }
     }
@@ -61,7 +61,7 @@ pub(crate) struct Mover<'a> {
     solid: &'a Solid,
     /// Pose of the solid [frame of the center of mass].
     centered: Pose,
-    way: Way,
+    motion: Motion,
     /// Half of its minimum thickness [m]; infinite for a surface without an inside, so that the
     /// other solid decides.
     half: f32,
@@ -76,7 +76,7 @@ pub(crate) struct Mover<'a> {
 }
 
 impl<'a> Mover<'a> {
-    pub(crate) fn new(solid: &'a Solid, centered: Pose, mut way: Way) -> Self {
+    pub(crate) fn new(solid: &'a Solid, centered: Pose, mut motion: Motion) -> Self {
         let (middle, half, size) = match &solid.core {
             Core::HalfSpace { .. } => (Vec3::ZERO, f32::INFINITY, 0.0),
             Core::Mesh(mesh) => {
@@ -90,31 +90,31 @@ impl<'a> Mover<'a> {
             }
         };
         let middle = centered.point(middle);
-        way.turn = seen_turn(solid, &centered, &way);
-        let turn = way.turn.length();
+        motion.turn = seen_turn(solid, &centered, &motion);
+        let turn = motion.turn.length();
         // The rounding moves as the core does: a ball that turns in place does not move.
         let swing = turn * (size - solid.radius).max(0.0);
         let bend = turn * turn * middle.length();
-        Self { solid, centered, way, half, middle, size, swing, bend }
+        Self { solid, centered, motion, half, middle, size, swing, bend }
     }
 
     /// Velocity of its middle after a fraction of the motion [m per motion].
     fn velocity(&self, part: f32) -> Vec3 {
-        let Way { shift, turn, .. } = self.way;
+        let Motion { shift, turn, .. } = self.motion;
         if self.bend > 0.0 {
-            shift + turn.cross(self.way.at(part).direction(self.middle))
+            shift + turn.cross(self.motion.at(part).direction(self.middle))
         } else {
             shift
         }
     }
 
     /// Motion of its body, without rotations that leave the solid unchanged.
-    pub(crate) const fn way(&self) -> &Way {
-        &self.way
+    pub(crate) const fn motion(&self) -> &Motion {
+        &self.motion
     }
 
     fn at(&self, part: f32) -> Pose {
-        self.way.at(part).compose(&self.centered)
+        self.motion.at(part).compose(&self.centered)
     }
 
     /// Extent of the solid from `origin` along a direction [m]; `None` for a surface.
@@ -126,25 +126,25 @@ impl<'a> Mover<'a> {
 
     /// Its middle at the start and at the end of the motion.
     fn middles(&self) -> [Vec3; 2] {
-        [self.way.at(0.0).point(self.middle), self.way.at(1.0).point(self.middle)]
+        [self.motion.at(0.0).point(self.middle), self.motion.at(1.0).point(self.middle)]
     }
 }
 
 /// Removes the part of the rotation that leaves the solid unchanged: for a ball about its center,
 /// all of it; for a wheel, the part about the axle.
-fn seen_turn(solid: &Solid, centered: &Pose, way: &Way) -> Vec3 {
+fn seen_turn(solid: &Solid, centered: &Pose, motion: &Motion) -> Vec3 {
     let axis = centered.direction(Vec3::Y);
     let off = centered.position - axis * centered.position.dot(axis);
     match solid.core {
         Core::Point if centered.position == Vec3::ZERO => Vec3::ZERO,
         Core::Segment { .. } | Core::Frustum { .. } if off.length_squared() <= 0.0 => {
-            let axis = way.from.direction(axis);
+            let axis = motion.from.direction(axis);
             // A rotation about another axis as well moves the axle.
-            let along = axis * way.turn.dot(axis);
-            let across = way.turn - along;
-            if across.length() <= WOBBLE * along.length() { across } else { way.turn }
+            let along = axis * motion.turn.dot(axis);
+            let across = motion.turn - along;
+            if across.length() <= WOBBLE * along.length() { across } else { motion.turn }
         }
-        _ => way.turn,
+        _ => motion.turn,
     }
 }
 
@@ -213,8 +213,8 @@ impl<'a> Pair<'a> {
 
     /// Sets whether both bodies can be pushed.
     pub(crate) fn yielding(self, yields: bool) -> Self {
-        let way = self.b.way.shift() - self.a.way.shift();
-        let leans = yields && way.length() < lesser(self.a.size, self.b.size);
+        let motion = self.b.motion.shift() - self.a.motion.shift();
+        let leans = yields && motion.length() < lesser(self.a.size, self.b.size);
         Self { leans, ..self }
     }
 
@@ -255,9 +255,9 @@ impl<'a> Pair<'a> {
             return true;
         }
         let ([a, a_end], [b, b_end]) = (self.a.middles(), self.b.middles());
-        let (apart, way) = (b - a, (b_end - b) - (a_end - a));
-        let nearest = -apart.dot(way) / greater(way.dot(way), f32::MIN_POSITIVE);
-        let minimum = (apart + way * nearest.clamp(0.0, 1.0)).length();
+        let (apart, motion) = (b - a, (b_end - b) - (a_end - a));
+        let nearest = -apart.dot(motion) / greater(motion.dot(motion), f32::MIN_POSITIVE);
+        let minimum = (apart + motion * nearest.clamp(0.0, 1.0)).length();
         // A middle that is off the center of mass leaves its straight path by at most an eighth of
         // its bend.
         minimum <= self.a.size + self.b.size + 0.125 * (self.a.bend + self.b.bend)
@@ -265,7 +265,7 @@ impl<'a> Pair<'a> {
 
     /// Computes the outcome of the step.
     pub(crate) fn course(&self) -> Course {
-        let turn = greater(self.a.way.turn.length(), self.b.way.turn.length());
+        let turn = greater(self.a.motion.turn.length(), self.b.motion.turn.length());
         let wanted = (turn / PIECE).clamp(0.0, f32::from(PIECES));
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         let pieces = (wanted as u16).clamp(1, PIECES);
@@ -370,10 +370,10 @@ impl<'a> Pair<'a> {
             let low = self.b.reach(&pose_b, origin, -n).unwrap_or(0.0);
             high + low > limit
         };
-        let turned = |way: &Way| {
-            let turn = way.turn * (later - before);
+        let turned = |motion: &Motion| {
+            let turn = motion.turn * (later - before);
             turn == Vec3::ZERO || is_behind(Quat::from_rotation_vector(turn).rotate(seen.normal))
         };
-        is_behind(seen.normal) && (!self.leans || turned(&self.a.way) && turned(&self.b.way))
+        is_behind(seen.normal) && (!self.leans || turned(&self.a.motion) && turned(&self.b.motion))
     }
 }

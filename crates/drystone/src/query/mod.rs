@@ -114,7 +114,7 @@ impl<'w> Query<'w> {
     ) -> (Sliding, Vec3) {
         let far = greater(pose.position.abs().max_element(), delta.abs().max_element());
         let slack = ROUNDING * far;
-        let (mut way, mut off) = (delta, Vec3::ZERO);
+        let (mut displacement, mut off) = (delta, Vec3::ZERO);
         let mut normals: SmallVec<[Vec3; 8]> = SmallVec::new();
         for row in self.candidates(&solid.aabb(pose).grown(slack), filter) {
             let other = self.tables.shapes.at(row);
@@ -128,13 +128,13 @@ impl<'w> Query<'w> {
         }
         for normal in &normals {
             off += *normal * greater(1.0 - normal.dot(off), 0.0);
-            way += *normal * greater(-normal.dot(way), 0.0);
+            displacement += *normal * greater(-normal.dot(displacement), 0.0);
         }
         // Two surfaces that face each other leave no room to be above both.
         if normals.iter().any(|normal| normal.dot(off) < 0.5) {
             return (Sliding::default(), delta);
         }
-        (Sliding { off, minimum: 2.0 * slack }, way)
+        (Sliding { off, minimum: 2.0 * slack }, displacement)
     }
 
     /// Runs `work` with the threads of the world's executor. A panic of the executor resumes after

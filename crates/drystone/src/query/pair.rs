@@ -304,9 +304,9 @@ impl Shape {
         inside: Inside,
     ) -> Result<Option<CastHit>, DefError> {
         placed("pose", self, &pose)?;
-        let way = RayQuery::new(origin, delta);
-        way.validate()?;
-        let RayQuery { origin, delta } = way;
+        let ray = RayQuery::new(origin, delta);
+        ray.validate()?;
+        let RayQuery { origin, delta } = ray;
         let far = greater(origin.abs().max_element(), delta.abs().max_element());
         let (o, d) = (pose.local_point(origin), pose.local_direction(delta));
         let hit = ray::meet(&Solid::of(self), o, d, 1.0, inside, ROUNDING * far);

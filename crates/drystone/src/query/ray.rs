@@ -136,8 +136,8 @@ impl Query<'_> {
         let ray = RayQuery::new(origin, delta);
         ray.validate()?;
         hits.clear();
-        self.each_hit(&ray, &filter.into(), |found, way| {
-            hits.push(self.ray_hit(way, &found));
+        self.each_hit(&ray, &filter.into(), |found, ray| {
+            hits.push(self.ray_hit(ray, &found));
             1.0
         });
         hits.sort_unstable_by(|a, b| {
@@ -184,8 +184,8 @@ impl Query<'_> {
         let ray = RayQuery::new(origin, delta);
         ray.validate()?;
         let mut limit = 1.0;
-        self.each_hit(&ray, &filter.into(), |found, way| {
-            limit = match visit(&self.ray_hit(way, &found)) {
+        self.each_hit(&ray, &filter.into(), |found, ray| {
+            limit = match visit(&self.ray_hit(ray, &found)) {
                 ControlFlow::Continue(shorter) if shorter < limit => greater(shorter, 0.0),
                 ControlFlow::Continue(_) => limit,
                 ControlFlow::Break(()) => -1.0,
@@ -243,13 +243,13 @@ impl Query<'_> {
     /// The closest hit of a validated ray.
     fn closest_hit(&self, ray: &RayQuery, filter: &QueryFilter<'_>) -> Option<RayHit> {
         let mut best: Option<(Found, RayQuery)> = None;
-        self.each_hit(ray, filter, |found, way| {
+        self.each_hit(ray, filter, |found, ray| {
             if best.is_none_or(|(best, _)| found.is_before(&best)) {
-                best = Some((found, *way));
+                best = Some((found, *ray));
             }
             best.map_or(1.0, |(best, _)| best.hit.fraction)
         });
-        best.map(|(found, way)| self.ray_hit(&way, &found))
+        best.map(|(found, ray)| self.ray_hit(&ray, &found))
     }
 
     /// Calls `visit` with the first hit of each shape within the limit, and with the ray as cast:
@@ -264,7 +264,7 @@ impl Query<'_> {
         let point = Solid { core: Core::Point, radius: 0.0 };
         let (sliding, delta) = self.sliding(&point, &Pose::at(ray.origin), ray.delta, filter);
         let origin = ray.origin + sliding.off * sliding.minimum;
-        let way = RayQuery { origin, delta };
+        let ray = RayQuery { origin, delta };
         let slack = ROUNDING * greater(origin.abs().max_element(), delta.abs().max_element());
         let mut limit = 1.0;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
@@ -281,20 +281,20 @@ impl Query<'_> {
                 {
                     let normal = pose.direction(hit.normal);
                     let hit = cast::RayHit { normal, ..hit };
-                    limit = visit(Found { row, hit, inside }, &way);
+                    limit = visit(Found { row, hit, inside }, &ray);
                 }
                 limit
             });
         }
     }
 
-    fn ray_hit(&self, way: &RayQuery, found: &Found) -> RayHit {
+    fn ray_hit(&self, ray: &RayQuery, found: &Found) -> RayHit {
         let fraction = found.hit.fraction;
         RayHit {
             shape: self.tables.shapes.id(found.row),
             body: self.tables.bodies.id(self.tables.shapes.at(found.row).body),
             fraction,
-            point: way.origin + way.delta * fraction,
+            point: ray.origin + ray.delta * fraction,
             normal: found.hit.normal,
             inside: found.inside,
         }

@@ -38,7 +38,7 @@ pub(crate) struct Load {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Track {
     /// Path length: no point of the body has moved farther than its increase. Wraps.
-    pub(crate) way: u32,
+    pub(crate) path: u32,
     /// Speculative distance that this body contributes this step; 0 exactly for bodies that are
     /// static or have never moved.
     pub(crate) ahead: u32,

@@ -8,9 +8,9 @@ use super::bodies::Bodies;
 use super::def::DefError;
 use super::def::axis::Axis;
 use super::def::check::within;
-use super::def::sixdof::{JointMotion, SixDof};
+use super::def::six_dof::{JointMotion, SixDof};
 use super::joints::{Joint, Joints, Link};
-use super::six::Six;
+use super::six_dof::SixDofJoint;
 use crate::base::id::JointId;
 use crate::base::limits;
 
@@ -119,8 +119,8 @@ impl Coupling {
     pub(crate) fn error(&self, joints: &Joints, bodies: &Bodies) -> f32 {
         let at = |id: JointId, axis: Axis| {
             let joint = joints.at(joints.rows.row(id)?);
-            let Link::Six(six) = &joint.link else { return None };
-            Some(coordinate(joint, six, bodies, axis.index()))
+            let Link::SixDof(six_dof) = &joint.link else { return None };
+            Some(coordinate(joint, six_dof, bodies, axis.index()))
         };
         let (a, b) = (at(self.def.joint_a, self.def.axis_a), at(self.def.joint_b, self.def.axis_b));
         a.zip(b).map_or(0.0, |(a, b)| self.def.excess(a, b))
@@ -128,17 +128,22 @@ impl Coupling {
 }
 
 /// A coordinate of a joint [m or rad], with full turns counted exactly.
-pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize) -> f64 {
+pub(crate) fn coordinate(
+    joint: &Joint,
+    six_dof: &SixDofJoint,
+    bodies: &Bodies,
+    axis: usize,
+) -> f64 {
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
     if axis < 3 {
         let gap = (b.center + b.rotation.rotate(joint.anchor_b))
             - (a.center + a.rotation.rotate(joint.anchor_a));
-        let gap = (a.rotation * six.def.frame_a).unrotate(gap);
+        let gap = (a.rotation * six_dof.def.frame_a).unrotate(gap);
         return f64::from([gap.x, gap.y, gap.z][axis]);
     }
-    let wound = six.turns(a.rotation, b.rotation).angles[axis - 3];
-    let frames = [a.rotation * six.def.frame_a, b.rotation * six.def.frame_b];
-    let within = six.def.turns(frames[0], frames[1], [0.0; 3]).angles[axis - 3];
+    let wound = six_dof.turns(a.rotation, b.rotation).angles[axis - 3];
+    let frames = [a.rotation * six_dof.def.frame_a, b.rotation * six_dof.def.frame_b];
+    let within = six_dof.def.turns(frames[0], frames[1], [0.0; 3]).angles[axis - 3];
     let turn = 2.0 * core::f64::consts::PI;
     f64::from(within) + turn * ((f64::from(wound) - f64::from(within)) / turn).round()
 }

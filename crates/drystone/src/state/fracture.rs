@@ -141,8 +141,8 @@ impl Fracture {
                 y: between(low.y, high.y),
                 z: between(low.z, high.z),
             };
-            let way = (0..self.focus).fold(1.0, |way, _| way * random.unit());
-            let site = hit + (far - hit) * way;
+            let part = (0..self.focus).fold(1.0, |part, _| part * random.unit());
+            let site = hit + (far - hit) * part;
             if inside(far) && sites.iter().all(|s| (*s - site).length() > near) {
                 sites.push(site);
             }

@@ -9,7 +9,7 @@ use super::bodies::Bodies;
 use super::colors::Place;
 use super::coupling::Coupling;
 use super::def::{JointKind, JointStrength, Pulley, Spring};
-use super::six::{Six, SixState};
+use super::six_dof::{SixDofJoint, SixDofState};
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::slot_map::SlotMap;
@@ -20,7 +20,7 @@ use crate::base::slot_map::SlotMap;
 pub(crate) enum Link {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
-    Six(Box<Six>),
+    SixDof(Box<SixDofJoint>),
     Coupling(Box<Coupling>),
     Pulley(Box<Pulley>),
 }
@@ -32,7 +32,7 @@ impl Clone for Link {
             Self::Distance { min, max, spring } => {
                 Self::Distance { min: *min, max: *max, spring: *spring }
             }
-            Self::Six(six) => Self::Six(six.clone()),
+            Self::SixDof(six_dof) => Self::SixDof(six_dof.clone()),
             Self::Coupling(coupling) => Self::Coupling(coupling.clone()),
             Self::Pulley(pulley) => Self::Pulley(pulley.clone()),
         }
@@ -41,7 +41,7 @@ impl Clone for Link {
     /// Reuses the existing box, if it has this kind.
     fn clone_from(&mut self, from: &Self) {
         match (&mut *self, from) {
-            (Self::Six(to), Self::Six(from)) => to.clone_from(from),
+            (Self::SixDof(to), Self::SixDof(from)) => to.clone_from(from),
             (Self::Coupling(to), Self::Coupling(from)) => to.clone_from(from),
             (Self::Pulley(to), Self::Pulley(from)) => to.clone_from(from),
             _ => *self = from.clone(),
@@ -54,7 +54,7 @@ impl Link {
         match kind {
             JointKind::Ball => Self::Ball,
             JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
-            JointKind::SixDof(def) => Self::Six(Box::new(Six::new(def))),
+            JointKind::SixDof(def) => Self::SixDof(Box::new(SixDofJoint::new(def))),
             JointKind::Pulley(def) => Self::Pulley(Box::new(def)),
             JointKind::Coupling(def) => Self::Coupling(Box::new(Coupling { def, impulse: 0.0 })),
         }
@@ -66,7 +66,7 @@ impl Link {
             Self::Distance { min, max, spring } => {
                 JointKind::Distance { min: *min, max: *max, spring: *spring }
             }
-            Self::Six(six) => JointKind::SixDof(six.def),
+            Self::SixDof(six_dof) => JointKind::SixDof(six_dof.def),
             Self::Pulley(pulley) => JointKind::Pulley(**pulley),
             Self::Coupling(coupling) => JointKind::Coupling(coupling.def),
         }
@@ -141,7 +141,7 @@ impl Joint {
     pub(crate) fn is_finite(&self) -> bool {
         let kept = [self.impulse, self.given[0], self.given[1]];
         let own = match &self.link {
-            Link::Six(six) => six.state.is_finite(),
+            Link::SixDof(six_dof) => six_dof.state.is_finite(),
             Link::Coupling(coupling) => coupling.impulse.is_finite(),
             Link::Ball | Link::Distance { .. } | Link::Pulley(_) => true,
         };
@@ -153,7 +153,7 @@ impl Joint {
     pub(crate) fn forget(&mut self) {
         (self.impulse, self.given, self.peak) = (Vec3::ZERO, [Vec3::ZERO; 2], [0.0; 2]);
         match &mut self.link {
-            Link::Six(six) => six.state = SixState::IDLE,
+            Link::SixDof(six_dof) => six_dof.state = SixDofState::IDLE,
             Link::Coupling(coupling) => coupling.impulse = 0.0,
             Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
         }
@@ -168,9 +168,9 @@ impl Joint {
         let distance = (p_b - p_a).length();
         match &self.link {
             Link::Ball => distance,
-            Link::Six(six) => {
-                let gap = (a.rotation * six.def.frame_a).unrotate(p_b - p_a);
-                six.def.linear_excess(gap)
+            Link::SixDof(six_dof) => {
+                let gap = (a.rotation * six_dof.def.frame_a).unrotate(p_b - p_a);
+                six_dof.def.linear_excess(gap)
             }
             Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
             Link::Pulley(pulley) => {
@@ -184,10 +184,10 @@ impl Joint {
 
     /// Angular constraint error [rad].
     pub(crate) fn angular_error(&self, bodies: &Bodies) -> f32 {
-        let Link::Six(six) = &self.link else { return 0.0 };
+        let Link::SixDof(six_dof) = &self.link else { return 0.0 };
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
-        let turns = six.turns(a.rotation, b.rotation);
-        let [.., x, y, z] = six.def.acting(turns.swing);
+        let turns = six_dof.turns(a.rotation, b.rotation);
+        let [.., x, y, z] = six_dof.def.acting(turns.swing);
         let [p, q, r] = turns.angles;
         // Angles count full turns, and limits may be far from them.
         bounded(vec3(x.excess(p), y.excess(q), z.excess(r)).length())

@@ -5,7 +5,7 @@ pub(crate) mod def;
 pub(crate) mod glue;
 pub(crate) mod fracture;
 pub(crate) mod breakage;
-pub(crate) mod six;
+pub(crate) mod six_dof;
 pub(crate) mod events;
 pub(crate) mod bodies;
 pub(crate) mod shapes;

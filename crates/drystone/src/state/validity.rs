@@ -280,8 +280,10 @@ fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
             let def = &coupling.def;
             for (id, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
                 let other = joints.rows.row(id).map(|row| &joints.at(row).link);
-                let Some(Link::Six(six)) = other else { return Err("a coupling is of no joint") };
-                check_axis("", &six.def, axis)
+                let Some(Link::SixDof(six_dof)) = other else {
+                    return Err("a coupling is of no joint");
+                };
+                check_axis("", &six_dof.def, axis)
                     .map_err(|_| "a coupling is of an axis that is held")?;
             }
         }

@@ -108,8 +108,8 @@ pub(crate) fn advance_poses(
                 still |= body.can_sleep && body.sleep.still_time >= sleep.time;
                 let moved = max_moved(body, center, rotation);
                 body.room -= moved;
-                let way = &mut tracks.row(*row as usize).way;
-                *way = way.wrapping_add(Track::at_least(moved * ctx.per_track));
+                let path = &mut tracks.row(*row as usize).path;
+                *path = path.wrapping_add(Track::at_least(moved * ctx.per_track));
                 // Most bodies at rest or creeping have enough room; their shapes need not be read.
                 let flew = body.flies;
                 let mut in_boxes = true;

@@ -175,7 +175,7 @@ fn search(
             let place = x.row(slot + 1);
             let held = particle.attachment.checked_sub(1).map(|i| attachments[i as usize].body);
             let path = fly::path(ctx, particle, state);
-            around.look(number, place, particle, path.way, held, &mut near);
+            around.look(number, place, particle, path.displacement, held, &mut near);
             let free = particle.links == 0 && held.is_none();
             let pushes = near.meetings().iter().any(|m| m.pushes || (m.asleep && !m.rests));
             if free && !pushes {

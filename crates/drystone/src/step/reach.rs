@@ -127,21 +127,23 @@ pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces:
     }
     let speed = speed + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
-    let way = 1.1 * speed * ctx.dt;
+    let displacement = 1.1 * speed * ctx.dt;
     let mut maximum = size(a).min(size(b));
-    if way > maximum && a.is_dynamic() && b.is_dynamic() {
+    if displacement > maximum && a.is_dynamic() && b.is_dynamic() {
         let apart = b.center - a.center;
         if will_meet(apart, along * (1.1 * ctx.dt), a.extent + b.extent) {
             maximum = a.extent + b.extent;
         }
     }
-    ctx.margin.max(way.min(maximum))
+    ctx.margin.max(displacement.min(maximum))
 }
 
 /// True if two points come within `near` of each other; the second starts at `apart` from the first
-/// and moves by `way` relative to it.
-fn will_meet(apart: Vec3, way: Vec3, near: f32) -> bool {
-    let nearest = (-apart.dot(way) / way.dot(way).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-    let then = apart + way * nearest;
+/// and moves by `displacement` relative to it.
+fn will_meet(apart: Vec3, displacement: Vec3, near: f32) -> bool {
+    let nearest = (-apart.dot(displacement)
+        / displacement.dot(displacement).max(f32::MIN_POSITIVE))
+    .clamp(0.0, 1.0);
+    let then = apart + displacement * nearest;
     then.dot(then) <= near * near
 }

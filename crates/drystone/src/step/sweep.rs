@@ -13,10 +13,10 @@
 mod asks;
 mod meetings;
 mod stops;
-mod ways;
+mod paths;
 
 use self::asks::Asks;
-use self::ways::{Ways, pose_of, put};
+use self::paths::{Paths, pose_of, put};
 use super::context::StepContext;
 use super::hooks::Hooks;
 use super::notes::Flight;
@@ -143,8 +143,8 @@ pub(crate) fn stop_fast_bodies<'a>(
         let rotation = bodies.at(*row).rotation;
         put(ctx, *row, Pose { position: *center, rotation }, bodies, shapes, bounds);
     }
-    let ways = Ways { ctx, fast, flight_of, bodies };
-    let around = meetings::Around { ways, shapes, bounds, contacts, joints };
+    let paths = Paths { ctx, fast, flight_of, bodies };
+    let around = meetings::Around { paths, shapes, bounds, contacts, joints };
     let rows = met.iter().flat_map(|met| &met.contacts).copied();
     meetings::find(&around, (fast, asks), rows, meetings, jobs);
     let found = meetings.found();
@@ -221,9 +221,9 @@ fn first_stop(
         let (middle, extent) = s.solid.ball();
         let middle = s.centered.point(middle);
         let begin = from + stood.rotate(middle);
-        let way = body.center + body.rotation.rotate(middle) - begin;
+        let displacement = body.center + body.rotation.rotate(middle) - begin;
         let part = Swept { body, shapes: core::slice::from_ref(shape), middle, extent };
-        let stop = first_stop_of(&part, row, (begin, stood), way, around);
+        let stop = first_stop_of(&part, row, (begin, stood), displacement, around);
         first = match (first, stop) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),

@@ -135,7 +135,7 @@ impl Clock {
     /// The slots of bodies that the last step moved and that are still at that pose.
     pub(super) fn known<'a>(&'a self, world: &'a World) -> impl Iterator<Item = usize> + 'a {
         let tracks = self.tracks.iter().enumerate();
-        tracks.filter_map(|(slot, track)| last_way(world, track.as_ref()?).map(|_| slot))
+        tracks.filter_map(|(slot, track)| last_poses(world, track.as_ref()?).map(|_| slot))
     }
 
     /// Shifts the stored poses of a slot to another origin [m]; the body has been shifted already.
@@ -162,13 +162,14 @@ impl Clock {
     pub fn pose(&self, world: &World, body: BodyId) -> Option<Pose> {
         let now = world.body(body)?.pose();
         let track = self.tracks.get(body.index() as usize).and_then(Option::as_ref);
-        let way = track.filter(|track| track.body == body).and_then(|track| last_way(world, track));
-        Some(way.map_or(now, |[before, _]| before.lerp(&now, self.part())))
+        let poses =
+            track.filter(|track| track.body == body).and_then(|track| last_poses(world, track));
+        Some(poses.map_or(now, |[before, _]| before.lerp(&now, self.part())))
     }
 }
 
 /// The two poses of a track, if they belong to the world's last step.
-fn last_way(world: &World, track: &Track) -> Option<[Pose; 2]> {
+fn last_poses(world: &World, track: &Track) -> Option<[Pose; 2]> {
     let now = world.body(track.body)?.pose();
     let is_last = track.step == world.step_count() && track.poses[1] == now;
     is_last.then_some(track.poses)

@@ -11,7 +11,7 @@ use super::shape::ShapeMut;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::state::def::sixdof::JointSpring;
+use crate::state::def::six_dof::JointSpring;
 use crate::state::events::FrameCall;
 
 impl World {

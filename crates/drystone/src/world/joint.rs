@@ -8,7 +8,7 @@ use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
 use crate::state::def::axis::Axis;
 use crate::state::def::check::position;
-use crate::state::def::sixdof::{JointMotion, SixDof};
+use crate::state::def::six_dof::{JointMotion, SixDof};
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
@@ -130,7 +130,7 @@ impl<'w> JointRef<'w> {
                 let p = self.joint.impulse;
                 (self.anchor_b() - self.anchor_a()).normalize_or(Vec3::Y) * (p.x - p.y + p.z)
             }
-            Link::Six(six) => six.state.force,
+            Link::SixDof(six_dof) => six_dof.state.force,
             Link::Pulley(pulley) => {
                 let [_, point] = pulley.points;
                 let along = (self.anchor_b() - point).normalize_or(Vec3::Y);
@@ -146,7 +146,7 @@ impl<'w> JointRef<'w> {
     #[must_use]
     pub fn torque(&self) -> Vec3 {
         match &self.joint.link {
-            Link::Six(six) => self.per_time(six.state.torque),
+            Link::SixDof(six_dof) => self.per_time(six_dof.state.torque),
             _ => Vec3::ZERO,
         }
     }
@@ -230,9 +230,11 @@ impl<'w> JointRef<'w> {
 
     /// The axes of a joint of six axes that are not locked.
     fn free_axes(&self) -> impl Iterator<Item = Axis> {
-        let six = if let Link::Six(six) = &self.joint.link { Some(&six.def) } else { None };
-        let is_free =
-            move |axis: &Axis| six.is_some_and(|six| six.axis(*axis).motion != JointMotion::Locked);
+        let six_dof =
+            if let Link::SixDof(six_dof) = &self.joint.link { Some(&six_dof.def) } else { None };
+        let is_free = move |axis: &Axis| {
+            six_dof.is_some_and(|six_dof| six_dof.axis(*axis).motion != JointMotion::Locked)
+        };
         Axis::ALL.iter().copied().filter(is_free)
     }
 
@@ -260,13 +262,13 @@ impl<'w> JointRef<'w> {
     /// `None` for other joints.
     #[must_use]
     pub fn coordinates(&self) -> Option<[Vec3; 2]> {
-        let Link::Six(six) = &self.joint.link else { return None };
+        let Link::SixDof(six_dof) = &self.joint.link else { return None };
         let bodies = &self.tables.bodies;
         let (a, b) = (bodies.at(self.joint.body_a), bodies.at(self.joint.body_b));
-        let turns = six.turns(a.rotation, b.rotation);
-        let gap = (a.rotation * six.def.frame_a).unrotate(self.anchor_b() - self.anchor_a());
+        let turns = six_dof.turns(a.rotation, b.rotation);
+        let gap = (a.rotation * six_dof.def.frame_a).unrotate(self.anchor_b() - self.anchor_a());
         let mut angles = turns.angles;
-        if six.def.cone.is_some() {
+        if six_dof.def.cone.is_some() {
             let ([c, s], swing) = (turns.swing, turns.angles[1]);
             (angles[1], angles[2]) = (c * swing, s * swing);
         }
@@ -319,11 +321,11 @@ impl World {
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
         let mut placed = JointDef { world_anchors: false, world_axes: None, ..def };
-        if let (Some(axes), JointKind::SixDof(six)) = (&def.world_axes, def.kind) {
+        if let (Some(axes), JointKind::SixDof(six_dof)) = (&def.world_axes, def.kind) {
             let frame = axes.rotation()?;
             let [frame_a, frame_b] =
                 [a, b].map(|body| (body.rotation().conjugate() * frame).normalized());
-            placed.kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..six });
+            placed.kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..six_dof });
         }
         if def.world_anchors {
             let ends = [(a, def.anchor_a), (b, def.anchor_b)];

@@ -103,8 +103,8 @@ impl World {
             if off > 0.0 {
                 // Rounding moved it by up to `off` relative to its box and to other bodies.
                 body.room = less(body.room, off);
-                let way = &mut bodies.tracks[row].way;
-                *way = way.wrapping_add(Track::at_least(off * per_track));
+                let path = &mut bodies.tracks[row].path;
+                *path = path.wrapping_add(Track::at_least(off * per_track));
             }
         }
         bodies.stillness.iter_mut().for_each(|known| known.shift(origin));

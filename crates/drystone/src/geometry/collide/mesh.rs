@@ -183,8 +183,8 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
     let size = lesser(maximum, 20.0 * minimum);
     Limits {
         margin,
-        way: reach.way,
-        straight: if reach.is_straight { reach.way } else { Vec3::ZERO },
+        displacement: reach.displacement,
+        straight: if reach.is_straight { reach.displacement } else { Vec3::ZERO },
         corners: reach.corners,
         merge: 1.0e-3 * size + reach.grain,
         bias: 5.0e-4 * size,

@@ -29,7 +29,7 @@ fn every_simd_level_gives_the_same_bits() {
         for solid in [pebble(&mut rng, 0.5), cuboid(0.3, 0.2, 0.5), cone(0.3, 0.4, 0.1)] {
             let (at, rotation) = (rng.vector(1.0), rng.rotation());
             let pose = Pose::new(at, rotation);
-            let reach = Reach { way: rng.vector(0.1), corners: true, ..Reach::still(0.1) };
+            let reach = Reach { displacement: rng.vector(0.1), corners: true, ..Reach::still(0.1) };
             let made = SimdLevel::available().into_iter().map(|level| {
                 let (mut out, mut scratch) =
                     ([Manifold::default(); MAX_PARTS], MeshScratch::default());

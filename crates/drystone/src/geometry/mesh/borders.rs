@@ -155,7 +155,7 @@ pub(super) fn join(vertices: &[Vec3], triangles: &[[u32; 3]], lone: &[Edge], ben
 /// The part of the segment `e` along which `f` lies, no farther than `near` [m] from it.
 fn overlap(e: [Vec3; 2], f: [Vec3; 2], near: f32) -> Option<[f64; 2]> {
     let ([a, b], [p, q]) = (e.map(Wide::from), f.map(Wide::from));
-    let (along, way) = (b - a, q - p);
+    let (along, displacement) = (b - a, q - p);
     let square = along.dot(along);
     let place = |x: Wide| (x - a).dot(along) / square;
     let (s, t) = (place(p), place(q));
@@ -167,7 +167,7 @@ fn overlap(e: [Vec3; 2], f: [Vec3; 2], near: f32) -> Option<[f64; 2]> {
         return None;
     }
     let is_near = |at: f64| {
-        let apart = p + way * ((at - s) / (t - s)) - (a + along * at);
+        let apart = p + displacement * ((at - s) / (t - s)) - (a + along * at);
         apart.dot(apart) <= near * near
     };
     (is_near(from) && is_near(to)).then_some([from, to])

@@ -229,19 +229,19 @@ mod tests {
         let all = boxes(300);
         let tree = Tree::new(&Bvh::build(&all));
         for probe in boxes(100) {
-            let (from, way) = (probe.min, (probe.min - probe.max) * 10.0);
+            let (from, displacement) = (probe.min, (probe.min - probe.max) * 10.0);
             let mut found = Vec::new();
-            tree.ray(&Ray::new(from, way), 1.0, |i| {
+            tree.ray(&Ray::new(from, displacement), 1.0, |i| {
                 found.push(i);
                 1.0
             });
             found.sort_unstable();
-            let inv = vec3(1.0 / way.x, 1.0 / way.y, 1.0 / way.z);
+            let inv = vec3(1.0 / displacement.x, 1.0 / displacement.y, 1.0 / displacement.z);
             let meets = |b: &Aabb| b.meets_ray(from, inv, 1.0);
             let brute = (0_u32..).zip(&all).filter(|(_, b)| meets(b)).map(|(i, _)| i);
             assert_eq!(found, brute.collect::<Vec<u32>>());
             let mut calls = 0;
-            tree.ray(&Ray::new(from, way), 1.0, |_| {
+            tree.ray(&Ray::new(from, displacement), 1.0, |_| {
                 calls += 1;
                 -1.0
             });

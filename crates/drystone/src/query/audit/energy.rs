@@ -159,8 +159,8 @@ fn spin(body: &Body) -> DVec3 {
 /// ½ k x² of a joint's spring [J]. A frequency gives its stiffness: k = (2πf)² over the current
 /// inverse effective mass of the two bodies along it.
 fn elastic(joint: &Joint, bodies: &Bodies) -> f64 {
-    if let Link::Six(six) = &joint.link {
-        return springs::elastic(joint, six, bodies);
+    if let Link::SixDof(six_dof) = &joint.link {
+        return springs::elastic(joint, six_dof, bodies);
     }
     let Link::Distance { spring: Some(spring), .. } = &joint.link else { return 0.0 };
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));

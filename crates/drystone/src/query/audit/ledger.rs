@@ -122,10 +122,10 @@ impl Books {
     pub(crate) fn after_step(&mut self, tables: &Tables, substeps: u32) {
         for p in &self.pushed {
             let body = tables.bodies.at(p.row);
-            let way = DVec3::from(body.center) - DVec3::from(p.center);
+            let displacement = DVec3::from(body.center) - DVec3::from(p.center);
             let turn = (body.rotation * p.rotation.conjugate()).to_rotation_vector();
-            self.forces +=
-                DVec3::from(p.force).dot(way) + DVec3::from(p.torque).dot(DVec3::from(turn));
+            self.forces += DVec3::from(p.force).dot(displacement)
+                + DVec3::from(p.torque).dot(DVec3::from(turn));
         }
         for row in &tables.bodies.awake {
             if tables.bodies.at(*row).kind == BodyKind::Kinematic {
@@ -210,12 +210,12 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
         }
         // A coupling acts through the joints that it couples.
         Link::Coupling(_) => return 0.0,
-        Link::Six(six) => {
+        Link::SixDof(six_dof) => {
             // The force acts at anchor B on both bodies.
             let is_a = joint.body_a == row;
             let r = if is_a { b.center + rb - a.center } else { rb };
-            let work = f64::from(six.state.force.dot(body.velocity_at(r)))
-                + f64::from(six.state.torque.dot(body.w));
+            let work = f64::from(six_dof.state.force.dot(body.velocity_at(r)))
+                + f64::from(six_dof.state.torque.dot(body.w));
             return if is_a { work } else { -work };
         }
         Link::Distance { .. } => {

@@ -5,23 +5,23 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Bodies;
 use crate::state::bodies::body::Body;
-use crate::state::def::sixdof::{JointMotion, JointSpring};
+use crate::state::def::six_dof::{JointMotion, JointSpring};
 use crate::state::joints::Joint;
-use crate::state::six::Six;
+use crate::state::six_dof::SixDofJoint;
 
 /// Energy in the springs of drives and limits [J]. A drive at its maximum force F pulls with F from
 /// there on: F x - F²/(2 k).
-pub(super) fn elastic(joint: &Joint, six: &Six, bodies: &Bodies) -> f64 {
-    if six.def.scalars() == [false; 2] {
+pub(super) fn elastic(joint: &Joint, six_dof: &SixDofJoint, bodies: &Bodies) -> f64 {
+    if six_dof.def.scalars() == [false; 2] {
         return 0.0;
     }
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let gap = (b.center - a.center) + (rb - ra);
-    let axes = (a.rotation * six.def.frame_a).to_mat3();
-    let turns = six.turns(a.rotation, b.rotation);
+    let axes = (a.rotation * six_dof.def.frame_a).to_mat3();
+    let turns = six_dof.turns(a.rotation, b.rotation);
     let along = [axes.x, axes.y, axes.z];
-    let acting = six.def.acting(turns.swing);
+    let acting = six_dof.def.acting(turns.swing);
     let x = |i: usize| if i < 3 { along[i].dot(gap) } else { turns.angles[i - 3] };
     let mut rows = Rows::default();
     for i in 0..3 {

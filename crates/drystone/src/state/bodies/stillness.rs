@@ -67,12 +67,12 @@ struct Mark {
 /// velocity [m/s; rad/s].
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub(crate) struct Way {
+pub(crate) struct Motion {
     pub(crate) moved: Vec3,
     pub(crate) turned: Vec3,
 }
 
-impl Way {
+impl Motion {
     fn between(from: &Mark, to: &Mark) -> Self {
         let q = to.rotation * from.rotation.conjugate();
         // A body at rest rotates little, so twice the sine of the half angle suffices.
@@ -116,7 +116,7 @@ pub(crate) struct Stillness {
     /// Number of marks since it became slow; values above two count as two.
     count: u32,
     /// Average velocities over the last two displacements.
-    pub(crate) means: [Way; 2],
+    pub(crate) means: [Motion; 2],
     pub(crate) verdict: Verdict,
 }
 
@@ -274,8 +274,8 @@ impl Stillness {
         let size = size(body, rule.length);
         let times = [second.at - first.at, here.at - second.at];
         let times = times.map(|time| time.clamp(TIME_STEP.minimum, LONGEST));
-        let [before, after] = [Way::between(first, second), Way::between(second, here)];
-        let whole = Way::between(first, here).length(size);
+        let [before, after] = [Motion::between(first, second), Motion::between(second, here)];
+        let whole = Motion::between(first, here).length(size);
         let per = times.map(|time| 1.0 / time);
         self.means = [before.scaled(per[0]), after.scaled(per[1])];
         let rounding = rounding(body, rule.length);
@@ -284,7 +284,7 @@ impl Stillness {
         let sway = after.less(&before, times[1] * per[0]);
         // The velocity change over the second half; for jitter it is unrelated to the
         // displacements.
-        let gain = Way { moved: here.v - second.v, turned: here.w - second.w };
+        let gain = Motion { moved: here.v - second.v, turned: here.w - second.w };
         let apart = gain.scaled(times[0]).less(&sway, 1.0).length(size);
         let sway = sway.length(size);
         let lasts = apart <= LASTS * sway;
@@ -312,7 +312,7 @@ impl Stillness {
             let placed = mark.center.is_below(far) && mark.rotation.is_normalized();
             placed && mark.v.is_below(fast) && mark.w.is_below(fast) && mark.at.is_finite()
         });
-        let finite = |way: &Way| way.moved.is_finite() && way.turned.is_finite();
+        let finite = |motion: &Motion| motion.moved.is_finite() && motion.turned.is_finite();
         let is_valid = marks && self.means.iter().all(finite);
         is_valid && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0)
     }

@@ -59,8 +59,8 @@ impl Watch {
     /// Marks the distance of the shapes as unknown, so that the pair is tested.
     #[inline]
     pub(crate) fn close(&mut self, tracks: &[Track]) {
-        let way = |body: u32| tracks[body as usize].way;
-        self.limit = way(self.body_a).wrapping_add(way(self.body_b));
+        let path = |body: u32| tracks[body as usize].path;
+        self.limit = path(self.body_a).wrapping_add(path(self.body_b));
     }
 
     /// Sets the current minimum distance of the shapes [m].
@@ -91,7 +91,7 @@ impl Watch {
     }
 
     fn is_farther_than(&self, distance: u32, [a, b]: [Track; 2]) -> bool {
-        let left = self.limit.wrapping_sub(a.way.wrapping_add(b.way));
+        let left = self.limit.wrapping_sub(a.path.wrapping_add(b.path));
         // Wrapped negative numbers are in the upper half.
         left > distance && left < 1 << 31
     }

@@ -1,7 +1,7 @@
 //! Drives of slow bodies: a driven body must not sleep, however slow it is.
 
 use super::BodyKind;
-use super::sixdof::{JointDrive, JointMotion};
+use super::six_dof::{JointDrive, JointMotion};
 use crate::base::math::Vec3;
 use crate::state::bodies::Bodies;
 use crate::state::bodies::body::Body;
@@ -10,7 +10,7 @@ use crate::state::contacts::{Contact, Contacts, Point, Traits};
 use crate::state::coupling::coordinate;
 use crate::state::joints::{Joint, Joints, Link};
 use crate::state::shapes::{ShapeRow, Shapes};
-use crate::state::six::Six;
+use crate::state::six_dof::SixDofJoint;
 
 /// Displacement between two marks below which a sprung body counts as at rest, as a fraction of its
 /// size. It may be this far from its target.
@@ -122,23 +122,23 @@ impl Drives<'_> {
                 let speeds = self.meets(joint).map(|meet| meet.apart());
                 self.goes(joint, Asked::Place(f32::INFINITY), 1.0, speeds)
             }
-            Link::Six(six) if six.laws.flags.drives | six.laws.flags.yields != 0 => {
-                (0..6).any(|axis| self.acts_along(joint, six, axis))
+            Link::SixDof(six_dof) if six_dof.laws.flags.drives | six_dof.laws.flags.yields != 0 => {
+                (0..6).any(|axis| self.acts_along(joint, six_dof, axis))
             }
             _ => false,
         }
     }
 
     /// The same for one axis of a joint of six axes.
-    fn acts_along(&self, joint: &Joint, six: &Six, i: usize) -> bool {
-        let axis = six.def.axes()[i];
+    fn acts_along(&self, joint: &Joint, six_dof: &SixDofJoint, i: usize) -> bool {
+        let axis = six_dof.def.axes()[i];
         if axis.held().is_some() {
             return false;
         }
         let size = self.size_of(joint);
         let reach = if i < 3 { 1.0 } else { size };
         let driven = axis.drive.and_then(|drive| {
-            let error = || drive.position - coordinate_of(joint, six, self.bodies, i);
+            let error = || drive.position - coordinate_of(joint, six_dof, self.bodies, i);
             drive_asks(&drive, SPRUNG * size / reach, error)
         });
         let springs = matches!(axis.motion, JointMotion::Limited { spring: Some(_), .. });
@@ -146,14 +146,14 @@ impl Drives<'_> {
             return false;
         };
         let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
-        let frame = a.rotation * six.def.frame_a;
+        let frame = a.rotation * six_dof.def.frame_a;
         let speeds = self.meets(joint).map(|meet| {
             if i < 3 {
                 return frame.rotate([Vec3::X, Vec3::Y, Vec3::Z][i]).dot(meet.moves).abs();
             }
             // With a cone the swings have no rows of their own.
-            let swings = i > 3 && six.def.cone.is_some();
-            let row = six.turns(a.rotation, b.rotation).rows[i - 3];
+            let swings = i > 3 && six_dof.def.cone.is_some();
+            let row = six_dof.turns(a.rotation, b.rotation).rows[i - 3];
             if swings { meet.turns.length() } else { row.dot(meet.turns).abs() }
         });
         self.goes(joint, asked, reach, speeds)
@@ -249,13 +249,13 @@ fn drive_asks(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<
 
 /// A coordinate of a joint of six axes [m; rad]. With a cone, the swings are the y and z components
 /// of the swing vector.
-fn coordinate_of(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize) -> f32 {
-    if axis > 3 && six.def.cone.is_some() {
+fn coordinate_of(joint: &Joint, six_dof: &SixDofJoint, bodies: &Bodies, axis: usize) -> f32 {
+    if axis > 3 && six_dof.def.cone.is_some() {
         let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
-        let turns = six.turns(a.rotation, b.rotation);
+        let turns = six_dof.turns(a.rotation, b.rotation);
         return turns.swing[axis - 4] * turns.angles[1];
     }
     #[expect(clippy::cast_possible_truncation, reason = "an angle or a length")]
-    let x = coordinate(joint, six, bodies, axis) as f32;
+    let x = coordinate(joint, six_dof, bodies, axis) as f32;
     x
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::DefError;
 use super::check::{above_zero, finite_vec, position, unit, within};
-use super::sixdof::SixDof;
+use super::six_dof::SixDof;
 use crate::base::id::BodyId;
 use crate::base::limits;
 use crate::base::math::{Mat3, Vec3};
@@ -261,7 +261,7 @@ impl JointKind {
         match self {
             Self::Ball => Ok(()),
             Self::Pulley(pulley) => pulley.validate().map_err(|e| e.within("pulley")),
-            Self::SixDof(six) => six.validate(),
+            Self::SixDof(six_dof) => six_dof.validate(),
             Self::Coupling(coupling) => coupling.validate(),
             Self::Distance { min, max, spring } => {
                 within("min", *min, &limits::DISTANCE)?;
@@ -353,7 +353,7 @@ impl JointDef {
     #[must_use]
     pub fn with_frames(self, frame_a: Quat, frame_b: Quat) -> Self {
         let kind = match self.kind {
-            JointKind::SixDof(six) => JointKind::SixDof(SixDof { frame_a, frame_b, ..six }),
+            JointKind::SixDof(six_dof) => JointKind::SixDof(SixDof { frame_a, frame_b, ..six_dof }),
             kind => kind,
         };
         Self { kind, world_axes: None, ..self }

@@ -9,7 +9,7 @@ pub(crate) mod body_def;
 pub(crate) mod shape_def;
 pub(crate) mod joint_def;
 pub(crate) mod axis;
-pub(crate) mod sixdof;
+pub(crate) mod six_dof;
 pub(crate) mod material;
 pub(crate) mod reports;
 pub(crate) mod named;

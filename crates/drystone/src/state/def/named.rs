@@ -11,7 +11,7 @@ pub use self::slides::{Cylindrical, Planar, Slider};
 pub use self::turns::{Ball, ConeTwist, Hinge, Universal};
 
 use super::JointKind;
-use super::sixdof::SixDof;
+use super::six_dof::SixDof;
 
 impl From<SixDof> for JointKind {
     fn from(axes: SixDof) -> Self {

@@ -57,7 +57,7 @@ impl ParticleState {
         vec3(self.v[0], self.v[1], self.v[2])
     }
 
-    pub(crate) const fn way(&self) -> Vec3 {
+    pub(crate) const fn displacement(&self) -> Vec3 {
         vec3(self.x[0], self.x[1], self.x[2])
     }
 

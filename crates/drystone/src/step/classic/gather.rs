@@ -13,7 +13,7 @@ use crate::step::classic::Scratch;
 use crate::step::classic::couplings::Coupled;
 use crate::step::classic::joints::JointRow;
 use crate::step::classic::rows::{Mover, Pair, PairPoint};
-use crate::step::classic::sixdof::Axes;
+use crate::step::classic::six_dof::Axes;
 use crate::step::context::StepContext;
 use crate::step::context::softness::{decay, exact_decay};
 use crate::step::solver::body::integrate;
@@ -91,7 +91,7 @@ impl Scratch {
                     gap: (b.center - a.center) + (r_b - r_a),
                     kind: joint.link.kind(),
                     axes: match &joint.link {
-                        JointLink::Six(six) => Some(Axes::new(six, a, b)),
+                        JointLink::SixDof(six_dof) => Some(Axes::new(six_dof, a, b)),
                         _ => None,
                     },
                     coupled: Coupled::new(joint, joints, input.bodies, row_of),

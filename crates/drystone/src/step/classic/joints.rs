@@ -2,7 +2,7 @@
 
 use super::couplings::Coupled;
 use super::rows::Mover;
-use super::sixdof::Axes;
+use super::six_dof::Axes;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::def::JointKind;

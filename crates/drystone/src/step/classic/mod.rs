@@ -16,7 +16,7 @@ mod gather;
 mod joints;
 mod levels;
 mod rows;
-mod sixdof;
+mod six_dof;
 mod springs;
 mod sweeps;
 pub(crate) mod sequence;
@@ -352,9 +352,9 @@ impl Scratch {
             if let (JointLink::Coupling(coupling), Some(row)) = (&mut joint.link, &link.coupled) {
                 coupling.impulse = row.impulse;
             }
-            if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
-                six.state.angles = axes.angles;
-                (six.state.force, six.state.torque) = (axes.force, axes.torque);
+            if let (JointLink::SixDof(six_dof), Some(axes)) = (&mut joint.link, &link.axes) {
+                six_dof.state.angles = axes.angles;
+                (six_dof.state.force, six_dof.state.torque) = (axes.force, axes.torque);
                 joint.given = [axes.force * n, axes.torque * n];
                 joint.peak = [axes.force.length(), axes.torque.length()];
             }

@@ -49,9 +49,9 @@ pub(super) fn look_ahead(
         return None;
     }
     let moves = b.v - a.velocity_at(b.center - a.center);
-    let way = pose_a.local_direction(moves) * ctx.dt;
-    let closing = -m.normal.dot(way);
-    let along = (way + m.normal * closing).length();
+    let displacement = pose_a.local_direction(moves) * ctx.dt;
+    let closing = -m.normal.dot(displacement);
+    let along = (displacement + m.normal * closing).length();
     // A row acts a substep before the touch, and in the last sweep up to a step before it.
     if !(2.0 * closing > nearest) || nearest * along < TURN * radius * radius {
         return None;
@@ -64,15 +64,15 @@ pub(super) fn look_ahead(
         return None;
     }
     let at = |fraction: f32, margin: f32| {
-        let position = b_in_a.position + way * fraction;
+        let position = b_in_a.position + displacement * fraction;
         let then = Pose { position, ..*b_in_a };
         collide(ctx.level, solid_a, solid_b, &then, margin, &mut PairCache::default())
     };
-    let met = meet(solid_a, solid_b, b_in_a, &Course::straight(way), &Sliding::default());
+    let met = meet(solid_a, solid_b, b_in_a, &Course::straight(displacement), &Sliding::default());
     let fraction = met.map_or_else(
         || {
-            let reach = nearest + 2.0 * way.length();
-            nearest_on_way(|fraction| at(fraction, reach).normal.dot(way))
+            let reach = nearest + 2.0 * displacement.length();
+            nearest_on_way(|fraction| at(fraction, reach).normal.dot(displacement))
         },
         |met| met.fraction,
     );
@@ -80,7 +80,7 @@ pub(super) fn look_ahead(
     if m.count == 0 {
         return Some(Manifold::default());
     }
-    let shift = way * fraction;
+    let shift = displacement * fraction;
     m.shift = shift;
     for p in &mut m.points[..m.count] {
         p.separation -= m.normal.dot(shift);

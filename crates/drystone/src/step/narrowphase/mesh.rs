@@ -78,14 +78,19 @@ pub(super) fn update(
     let reach = if contact.sensor {
         Reach::still(0.0).in_lengths(ctx.length)
     } else {
-        let way = pose_a.local_direction(b.rotation.rotate(motion.velocity) * (1.1 * ctx.dt));
-        let length = way.length();
+        let displacement =
+            pose_a.local_direction(b.rotation.rotate(motion.velocity) * (1.1 * ctx.dt));
+        let length = displacement.length();
         let maximum = 2.0 * motion.radius;
         Reach {
             margin,
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
             corners: ahead > 2.0 * ctx.margin,
-            way: if length > maximum { way * (maximum / length) } else { way },
+            displacement: if length > maximum {
+                displacement * (maximum / length)
+            } else {
+                displacement
+            },
             is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
             // Room for some steps' displacement, if the two are apart and may skip tests.
             room: if contact.count > 0 {
@@ -465,8 +470,12 @@ mod tests {
                 // Points pushed in by an impact at another end within a step are found in the next
                 // step.
                 if deep && contact.count == 0 {
-                    let way = DT * (b.v.length() + b.w.length() * b.extent);
-                    assert!(depth < way, "step {step}, shape {}: {depth} m", contact.shape_b);
+                    let displacement = DT * (b.v.length() + b.w.length() * b.extent);
+                    assert!(
+                        depth < displacement,
+                        "step {step}, shape {}: {depth} m",
+                        contact.shape_b
+                    );
                     assert!(
                         !unseen.contains(&watch.row()),
                         "step {step}, shape {}",

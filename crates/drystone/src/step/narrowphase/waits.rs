@@ -191,22 +191,22 @@ impl<S: Simd> Seen<S> {
         let spin_a = length(self.w_a) * self.extent_a;
         let spin_b = length(self.w_b) * self.extent_b;
         let speed = speed + spin_a + spin_b;
-        let way = splat(simd, 1.1) * speed * splat(simd, ctx.dt);
+        let displacement = splat(simd, 1.1) * speed * splat(simd, ctx.dt);
         let (size, sizes) = (self.size, self.sizes);
         let meets = self.will_meet(simd, along * splat(simd, 1.1 * ctx.dt), sizes);
         // Bodies that cannot be pushed have no size here.
         let maximum = select(meets, max(size, sizes), size);
-        max(splat(simd, ctx.margin), min(way, maximum))
+        max(splat(simd, ctx.margin), min(displacement, maximum))
     }
 
     /// [`will_meet`](super::will_meet) for eight pairs.
     #[inline(always)]
-    fn will_meet(&self, simd: S, way: Vec3w<S>, near: Wide<S>) -> Mask<S> {
+    fn will_meet(&self, simd: S, displacement: Vec3w<S>, near: Wide<S>) -> Mask<S> {
         let apart = self.offset;
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let ways = max(way.dot(way), splat(simd, f32::MIN_POSITIVE));
-        let nearest = min(max(-apart.dot(way) / ways, zero), one);
-        let then = apart + way * nearest;
+        let displacements = max(displacement.dot(displacement), splat(simd, f32::MIN_POSITIVE));
+        let nearest = min(max(-apart.dot(displacement) / displacements, zero), one);
+        let then = apart + displacement * nearest;
         !above(then.dot(then), near * near)
     }
 

@@ -198,14 +198,14 @@ fn read<S: Simd>(simd: S, rows: &mut [ChainRow], states: &ReadRows<'_, ParticleS
         }
         let [vx, vy, vz, w] = gather4(simd, v);
         let [x, y, z, _] = gather4(simd, x);
-        let way = Vec3w { x, y, z };
+        let displacement = Vec3w { x, y, z };
         Vec3w { x: vx, y: vy, z: vz }.store(&mut rows[i].work.v);
         w.store_array(&mut rows[i].work.w);
         if i > 0 {
             let gap = Vec3w::load(simd, &rows[i - 1].gap);
-            (gap + way - before).store(&mut rows[i - 1].work.now);
+            (gap + displacement - before).store(&mut rows[i - 1].work.now);
         }
-        before = way;
+        before = displacement;
     }
 }
 

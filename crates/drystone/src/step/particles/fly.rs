@@ -26,18 +26,18 @@ pub(super) struct Path {
     /// Velocity at the end [m/s].
     v: Vec3,
     /// Displacement [m].
-    pub(super) way: Vec3,
+    pub(super) displacement: Vec3,
 }
 
 /// The free path of a particle.
 pub(super) fn path(ctx: &StepContext, particle: &Particle, state: &ParticleState) -> Path {
     let start = state.velocity();
     if state.inverse_mass() <= 0.0 {
-        return Path { acceleration: Vec3::ZERO, v: start, way: start * ctx.dt };
+        return Path { acceleration: Vec3::ZERO, v: start, displacement: start * ctx.dt };
     }
     let acceleration = ctx.gravity * particle.gravity_scale;
     let v = (start + acceleration * ctx.dt) * decay(particle.damping, ctx.dt);
-    Path { acceleration, v, way: (start + v) * (0.5 * ctx.dt) }
+    Path { acceleration, v, displacement: (start + v) * (0.5 * ctx.dt) }
 }
 
 /// Moves a free particle; false if its state became non-finite, in which case the particle stops
@@ -52,28 +52,28 @@ pub(super) fn fly(
     around: &Around<'_>,
 ) -> bool {
     let x = vec3(place[0], place[1], place[2]);
-    let (mut v, mut way) = (path.v, path.way);
+    let (mut v, mut displacement) = (path.v, path.displacement);
     // A pinned particle moves with its velocity.
     if state.inverse_mass() > 0.0 && !near.meetings().is_empty() {
-        (v, way) = deflected(ctx, state.velocity(), path, near.meetings());
+        (v, displacement) = deflected(ctx, state.velocity(), path, near.meetings());
         // This path differs from the one along which shapes were searched.
-        if way.length() > place[3]
-            && let Some((part, n)) = around.crossing(x, way, particle, None)
+        if displacement.length() > place[3]
+            && let Some((part, n)) = around.crossing(x, displacement, particle, None)
         {
             let slower = n * v.dot(n);
-            way = way * part + n * (0.5 * place[3]);
+            displacement = displacement * part + n * (0.5 * place[3]);
             v = if v.dot(n) < 0.0 { v - slower } else { v };
             particle.room = 0.0;
         }
     }
-    let end = x + way;
+    let end = x + displacement;
     if !is_computable(end, v) {
         put_aside(particle, state);
         return false;
     }
     *place = [end.x, end.y, end.z, place[3]];
     state.set_velocity(v);
-    particle.room -= way.length();
+    particle.room -= displacement.length();
     true
 }
 
@@ -92,12 +92,12 @@ pub(super) fn put_aside(particle: &mut Particle, state: &mut ParticleState) {
 /// Velocity at the end, and displacement, with planes in the path.
 fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) -> (Vec3, Vec3) {
     let dt = ctx.dt;
-    let (mut v, mut way) = (path.v, path.way);
+    let (mut v, mut displacement) = (path.v, path.displacement);
     for _ in 0..ROUNDS {
         let mut changed = false;
         for m in meetings {
             let (n, s) = (m.n, m.separation);
-            let moved = n.dot(way - m.drift * dt);
+            let moved = n.dot(displacement - m.drift * dt);
             let from = n.dot(start - m.drift);
             if s + moved >= -LEFT * ctx.length {
                 continue;
@@ -109,7 +109,7 @@ fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) 
             }
             changed = true;
             let push = greater(to_v - end, 0.0);
-            way += n * (to_s - s - moved);
+            displacement += n * (to_s - s - moved);
             v += n * push;
             // Coulomb friction: the surface removes velocity along it, up to μ times the normal
             // change.
@@ -119,12 +119,12 @@ fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) 
                 let taken = slide * ((m.friction * push).min(speed) / speed);
                 v -= taken;
                 // The force is constant over the step, or for as long as the particle slid.
-                let was = way - m.drift * dt;
+                let was = displacement - m.drift * dt;
                 let along = was - n * n.dot(was);
                 let far = along.length();
                 let back = (0.5 * m.friction * push * dt).min(far);
                 if far > 0.0 {
-                    way -= along * (back / far);
+                    displacement -= along * (back / far);
                 }
             }
         }
@@ -132,7 +132,7 @@ fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) 
             break;
         }
     }
-    (v, way)
+    (v, displacement)
 }
 
 /// Distance and velocity along the normal at the end of a step in which the plane is met: `s` away

@@ -130,18 +130,18 @@ impl Around<'_> {
         solver_row: u32,
         place: &[f32; 4],
         particle: &mut Particle,
-        way: Vec3,
+        displacement: Vec3,
         held: Option<u32>,
         near: &mut Near,
     ) {
         near.count = 0;
         let (x, radius) = (point(place), place[3]);
-        let length = way.length();
+        let length = displacement.length();
         if !length.is_finite() || length > 1.0e9 {
             return;
         }
         let reach = length + radius + self.ctx.margin;
-        let seeker = Seeker { solver_row, x, radius, way, held };
+        let seeker = Seeker { solver_row, x, radius, displacement, held };
         if particle.room <= reach {
             let ahead = if particle.still_time > 0.0 { 0.0 } else { AHEAD * self.ctx.length };
             near.clear = reach + ahead;
@@ -153,7 +153,7 @@ impl Around<'_> {
             particle.room = near.clear;
         }
         if self.bounds.moving.len() > 0 {
-            let end = x + way;
+            let end = x + displacement;
             let bounds = Aabb::new(x.min(end), x.max(end)).grown(radius + self.ctx.margin);
             self.bounds.moving.query(&bounds, |row| {
                 self.meet(&seeker, particle, row, near);
@@ -174,8 +174,8 @@ impl Around<'_> {
         let p = pose.local_point(seeker.x);
         // The shape moves too, so the relative displacement counts.
         let dt = self.ctx.dt;
-        let way = seeker.way - body.velocity_at(seeker.x - body.center) * dt;
-        let length = way.length();
+        let displacement = seeker.displacement - body.velocity_at(seeker.x - body.center) * dt;
+        let length = displacement.length();
         let reach = seeker.radius + margin + length;
         let Some(found) = nearest(&shape.solid, p, reach.max(near.clear)) else { return };
         if shape.fixed {
@@ -187,10 +187,10 @@ impl Around<'_> {
             // A distant shape is met where the path leads, not at its nearest point: otherwise a
             // particle that flies past would meet a wall that is not there.
             let ahead = 1.0 + (seeker.radius + margin) / length;
-            let ray = pose.local_direction(way * ahead);
+            let ray = pose.local_direction(displacement * ahead);
             let Some(hit) = cast::ray(&shape.solid, p, ray, 1.0) else { return };
             let n = pose.direction(hit.normal);
-            (n, -n.dot(way * (ahead * hit.fraction)) - seeker.radius)
+            (n, -n.dot(displacement * (ahead * hit.fraction)) - seeker.radius)
         } else {
             return;
         };
@@ -259,12 +259,12 @@ impl Around<'_> {
     pub(crate) fn crossing(
         &self,
         x: Vec3,
-        way: Vec3,
+        displacement: Vec3,
         particle: &Particle,
         held: Option<u32>,
     ) -> Option<(f32, Vec3)> {
         let mut best: Option<(f32, u32, Vec3)> = None;
-        self.bounds.fixed.ray(&Ray::new(x, way), 1.0, |row| {
+        self.bounds.fixed.ray(&Ray::new(x, displacement), 1.0, |row| {
             let shape = self.shapes.at(row);
             let limit = best.map_or(1.0, |b| b.0);
             let skipped = shape.sensor || held == Some(shape.body);
@@ -272,7 +272,7 @@ impl Around<'_> {
                 return limit;
             }
             let pose = shape.placed(self.bodies.at(shape.body));
-            let (o, d) = (pose.local_point(x), pose.local_direction(way));
+            let (o, d) = (pose.local_point(x), pose.local_direction(displacement));
             if let Some(hit) = cast::ray(&shape.solid, o, d, limit)
                 && best.is_none_or(|(f, r, _)| (hit.fraction, row) < (f, r))
             {
@@ -289,6 +289,6 @@ struct Seeker {
     solver_row: u32,
     x: Vec3,
     radius: f32,
-    way: Vec3,
+    displacement: Vec3,
     held: Option<u32>,
 }

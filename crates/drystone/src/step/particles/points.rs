@@ -350,9 +350,9 @@ fn solve<S: Simd>(
     }
     // Approach of particle and surface since the step's start.
     let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
-    let mut way = q.x;
+    let mut displacement = q.x;
     if pace.form == Form::Aim {
-        way = way + q.v * h;
+        displacement = displacement + q.v * h;
     }
     let mut went = load(simd, &block.drift[0]) * splat(simd, time);
     if pushes {
@@ -365,7 +365,7 @@ fn solve<S: Simd>(
         let turn = Vec3w::load(simd, &block.turns[0]);
         went = went + n.dot(body.v) * q.alpha + turn.dot(body.w);
     }
-    let gap = load(simd, &block.separation) + (n.dot(way) - went);
+    let gap = load(simd, &block.separation) + (n.dot(displacement) - went);
     let vn = q.along(simd, block, (0, n));
     let close = gap * inv_h;
     let speed = if soft {

@@ -98,11 +98,11 @@ impl<'a> Ground<'a> {
     fn state(&self, solver_row: u32) -> (Vec3, Vec3) {
         let p = self.particles.read(solver_row as usize);
         match self.pace.form {
-            Form::Soft => (p.velocity(), p.way()),
-            Form::Aim => (p.velocity(), p.way() + p.velocity() * self.pace.h),
+            Form::Soft => (p.velocity(), p.displacement()),
+            Form::Aim => (p.velocity(), p.displacement() + p.velocity() * self.pace.h),
             Form::Verlet => {
                 let before = three(*self.before.read(solver_row as usize));
-                ((p.way() - before) * self.pace.inv_h, p.way())
+                ((p.displacement() - before) * self.pace.inv_h, p.displacement())
             }
         }
     }
@@ -195,12 +195,12 @@ impl HoldRow {
             self.partner.push(&ground.bodies, back, self.r.cross(back));
             self.impulse *= pace.keep;
         }
-        let (_, way) = ground.state(self.solver_row);
+        let (_, displacement) = ground.state(self.solver_row);
         let (x, t) = ground.ahead(&self.partner);
         let once = t.cross(self.r0);
         let r = self.r0 + once + t.cross(once) * 0.5;
         let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
-        let gap = self.gap + way - x - (r - self.r0) - self.drift * time;
+        let gap = self.gap + displacement - x - (r - self.r0) - self.drift * time;
         if !is_relax {
             // The body carries the impulse at the earlier arm: see the joint kernels.
             self.partner.push(&ground.bodies, Vec3::ZERO, -(r - self.r).cross(self.impulse));

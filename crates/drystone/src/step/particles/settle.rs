@@ -79,19 +79,19 @@ fn advance(
             let Some(particle) = rows.row(*solver_row as usize - 1) else { continue };
             let (row, place) = (states.row(*solver_row as usize), x.row(*solver_row as usize));
             let from = vec3(place[0], place[1], place[2]);
-            let mut way = row.way();
-            let far = way.length();
+            let mut displacement = row.displacement();
+            let far = displacement.length();
             particle.room -= far;
             if row.inverse_mass() > 0.0 && far > 0.5 * place[3] && particle.room <= 0.0 {
                 let held = particle.attachment.checked_sub(1);
                 let held = held.map(|i| attachments[i as usize].body);
-                if let Some((part, n)) = around.crossing(from, way, particle, held) {
-                    way = way * part + n * (0.5 * place[3]);
+                if let Some((part, n)) = around.crossing(from, displacement, particle, held) {
+                    displacement = displacement * part + n * (0.5 * place[3]);
                     let v = row.velocity();
                     row.set_velocity(v - n * v.dot(n).min(0.0));
                 }
             }
-            let end = from + way;
+            let end = from + displacement;
             if !is_computable(end, row.velocity()) {
                 put_aside(particle, row);
                 out.push(*solver_row);

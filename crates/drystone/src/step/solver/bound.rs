@@ -185,7 +185,7 @@ impl Solver<'_> {
         let sweep = JointSweep::solving(self.ctx, elapsed);
         self.ask_contacts(group, elapsed, bounds);
         self.ask_joints(group, &sweep, bounds);
-        self.ask_sixdofs(group, &sweep, bounds);
+        self.ask_six_dof(group, &sweep, bounds);
         self.ask_trees(group, bounds);
         for i in group.couplings.clone() {
             let row = self.joint.couplings.read(i);
@@ -356,8 +356,8 @@ impl Solver<'_> {
                 }
             }
         }
-        for i in blocks(&self.plan.sixdofs, &group.sixdofs) {
-            let block = self.joint.six.row(i);
+        for i in blocks(&self.plan.six_dof, &group.six_dof) {
+            let block = self.joint.six_dof.row(i);
             for lane in 0..LANES {
                 let ends = [block.row_a[lane], block.row_b[lane]];
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };

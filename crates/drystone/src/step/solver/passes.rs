@@ -19,11 +19,11 @@ impl Solver<'_> {
 
     /// Solves a group for the substeps of its context.
     pub(super) fn solve_once(&self, number: usize, jobs: &Jobs<'_>) {
-        let mut way = self.begin(number, jobs);
+        let mut progress = self.begin(number, jobs);
         for step in self.pass_steps() {
-            self.run_pass(number, step, &mut way, jobs);
+            self.run_pass(number, step, &mut progress, jobs);
         }
-        self.end(number, &way, jobs);
+        self.end(number, &progress, jobs);
     }
 
     /// Builds the group's rows and applies the stored impulses.
@@ -71,7 +71,7 @@ impl Solver<'_> {
         &self,
         number: usize,
         step: PassStep,
-        way: &mut Progress,
+        progress: &mut Progress,
         jobs: &Jobs<'_>,
     ) {
         let group = &self.plan.groups[number];
@@ -80,7 +80,7 @@ impl Solver<'_> {
                 self.accelerate(group, jobs, step.substep == 0);
                 // The velocities contain the warm start, too, which the following impacts must not
                 // reflect.
-                way.kicked = true;
+                progress.kicked = true;
             }
             Pass::Positions => {
                 let turns = self.turns(group);
@@ -89,16 +89,16 @@ impl Solver<'_> {
                 } else {
                     self.drift(group, jobs);
                 }
-                (way.done, way.kicked) = (way.done + 1, step.kicks);
+                (progress.done, progress.kicked) = (progress.done + 1, step.kicks);
                 if turns {
-                    self.renew(number, way.done, jobs);
+                    self.renew(number, progress.done, jobs);
                     if step.kicks {
                         self.accelerate(group, jobs, false);
                     }
                 }
             }
             Pass::Impacts if self.collides() => {
-                self.collide(number, way.done, way.kicked, jobs);
+                self.collide(number, progress.done, progress.kicked, jobs);
             }
             pass => {
                 self.sweep(group, pass, step.substep, jobs);
@@ -113,15 +113,15 @@ impl Solver<'_> {
                 }
             }
         }
-        if way.locked {
+        if progress.locked {
             self.hold_locked(group);
         }
     }
 
     /// Corrects overlaps that no load explains, and stores the impulses in the tables.
-    pub(super) fn end(&self, number: usize, way: &Progress, jobs: &Jobs<'_>) {
+    pub(super) fn end(&self, number: usize, progress: &Progress, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
-        self.part(group, way.locked, jobs);
+        self.part(group, progress.locked, jobs);
         if self.collides() {
             self.add_impacts(number);
         }

@@ -149,8 +149,8 @@ impl Solver<'_> {
         for i in self.plan.joints.blocks_of(&group.joints) {
             *self.joint.tallies.row(i) = JointTally::default();
         }
-        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            *self.joint.six_tallies.row(i) = JointTally::default();
+        for i in self.plan.six_dof.blocks_of(&group.six_dof) {
+            *self.joint.six_dof_tallies.row(i) = JointTally::default();
         }
         for tree in self.trees(group) {
             for (i, _) in self.tree_joints(tree) {
@@ -173,17 +173,17 @@ impl Solver<'_> {
             }
         }
         for tree in self.trees(group) {
-            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six != NONE) {
-                let block = self.joint.six.row(joint.six as usize / LANES);
-                self.tree.rows.read(i).put_six(block, joint.six);
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six_dof != NONE) {
+                let block = self.joint.six_dof.row(joint.six_dof as usize / LANES);
+                self.tree.rows.read(i).put_six_dof(block, joint.six_dof);
             }
         }
-        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            let block = self.joint.six.read(i);
-            self.joint.six_tallies.row(i).add(&block.carried, &block.torque, when);
+        for i in self.plan.six_dof.blocks_of(&group.six_dof) {
+            let block = self.joint.six_dof.read(i);
+            self.joint.six_dof_tallies.row(i).add(&block.carried, &block.torque, when);
         }
         for tree in self.trees(group) {
-            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six_dof == NONE) {
                 let impulse = self.tree.rows.read(i).impulse.single();
                 let now = if joint.is_child_a { -impulse } else { impulse };
                 self.tree.tallies.row(i).add(now, when);
@@ -211,14 +211,14 @@ impl Solver<'_> {
                 give(*row, self.joint.tallies.read(i).of(lane));
             }
         }
-        let sixdofs = &self.plan.sixdofs;
-        for i in sixdofs.blocks_of(&group.sixdofs) {
-            for (lane, row) in sixdofs.owners[i].iter().enumerate() {
-                give(*row, self.joint.six_tallies.read(i).of(lane));
+        let six_dof = &self.plan.six_dof;
+        for i in six_dof.blocks_of(&group.six_dof) {
+            for (lane, row) in six_dof.owners[i].iter().enumerate() {
+                give(*row, self.joint.six_dof_tallies.read(i).of(lane));
             }
         }
         for tree in self.trees(group) {
-            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six_dof == NONE) {
                 give(joint.row, self.tree.tallies.read(i).totals());
             }
         }

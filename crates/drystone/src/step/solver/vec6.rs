@@ -2,21 +2,21 @@
 
 use crate::base::double::{DVec3, lesser};
 
-pub(super) type Six = [f64; 6];
+pub(super) type Vec6 = [f64; 6];
 
 /// Jacobian rows of a joint, which map a body's velocity to the joint's locked axes; only the first
 /// rows count.
-pub(super) type Jacobian = [Six; 6];
+pub(super) type Jacobian = [Vec6; 6];
 
-pub(super) fn halves(a: &Six) -> (DVec3, DVec3) {
+pub(super) fn halves(a: &Vec6) -> (DVec3, DVec3) {
     (DVec3 { x: a[0], y: a[1], z: a[2] }, DVec3 { x: a[3], y: a[4], z: a[5] })
 }
 
-pub(super) fn dot(a: &Six, b: &Six) -> f64 {
+pub(super) fn dot(a: &Vec6, b: &Vec6) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 }
 
-pub(super) fn wide(v: [f32; 4], w: [f32; 4]) -> Six {
+pub(super) fn wide(v: [f32; 4], w: [f32; 4]) -> Vec6 {
     [v[0], v[1], v[2], w[0], w[1], w[2]].map(f64::from)
 }
 
@@ -27,7 +27,7 @@ pub(super) fn mul(s: &[DVec3; 3], v: DVec3) -> DVec3 {
 /// Replaces the first `n` rows by their lower Cholesky factor, with the diagonal inverted. The
 /// matrix is positive definite.
 #[inline(always)]
-pub(super) fn factor(m: &mut [Six; 6], n: usize) {
+pub(super) fn factor(m: &mut [Vec6; 6], n: usize) {
     for i in 0..n {
         for j in 0..=i {
             let mut sum = m[i][j];
@@ -40,7 +40,7 @@ pub(super) fn factor(m: &mut [Six; 6], n: usize) {
 }
 
 #[inline(always)]
-pub(super) fn forward(m: &[Six; 6], b: &mut Six, n: usize) {
+pub(super) fn forward(m: &[Vec6; 6], b: &mut Vec6, n: usize) {
     for i in 0..n {
         let mut sum = b[i];
         for k in 0..i {
@@ -51,7 +51,7 @@ pub(super) fn forward(m: &[Six; 6], b: &mut Six, n: usize) {
 }
 
 #[inline(always)]
-pub(super) fn backward(m: &[Six; 6], b: &mut Six, n: usize) {
+pub(super) fn backward(m: &[Vec6; 6], b: &mut Vec6, n: usize) {
     for i in (0..n).rev() {
         let mut sum = b[i];
         for k in i + 1..n {
@@ -63,7 +63,7 @@ pub(super) fn backward(m: &[Six; 6], b: &mut Six, n: usize) {
 
 /// Adds the impulses `p` of rows.
 #[inline(always)]
-pub(super) fn push(x: &mut Six, rows: &Jacobian, p: &Six, n: usize) {
+pub(super) fn push(x: &mut Vec6, rows: &Jacobian, p: &Vec6, n: usize) {
     for c in 0..6 {
         let sum = (0..n).fold(0.0, |sum, i| sum + rows[i][c] * p[i]);
         x[c] += sum;

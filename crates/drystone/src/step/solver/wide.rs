@@ -151,7 +151,7 @@ impl Solver<'_> {
                 let joints = JointSweep::solving(ctx, elapsed);
                 self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
-                self.sweep_sixdofs(group, &joints, jobs);
+                self.sweep_six_dof(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
@@ -161,7 +161,7 @@ impl Solver<'_> {
                 let joints = JointSweep::relaxing(ctx, moved);
                 self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
-                self.sweep_sixdofs(group, &joints, jobs);
+                self.sweep_six_dof(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], true, jobs);
@@ -248,6 +248,6 @@ impl Solver<'_> {
         self.store_joints(group, jobs);
         self.store_couplings(group);
         self.store_trees(group);
-        self.store_sixdofs(group, jobs);
+        self.store_six_dof(group, jobs);
     }
 }

@@ -127,8 +127,8 @@ pub(super) fn follow(
         let velocity = BodyState { v: three(was.v), w: three(was.w), ..start };
         let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity, Vec3::ZERO);
         let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
-        let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
-        (to.x, to.t) = (way.v, way.w);
+        let (progress, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
+        (to.x, to.t) = (progress.v, progress.w);
         (solved.solver_bodies[solver_row], solved.whitening[solver_row], solved.free[solver_row]) =
             (to, whitening, Some(false));
     }

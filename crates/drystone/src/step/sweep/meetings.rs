@@ -5,7 +5,7 @@
 
 use core::cmp::Ordering;
 
-use super::ways::Ways;
+use super::paths::Paths;
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
 use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
@@ -24,7 +24,7 @@ pub(super) type Meeting = (u32, u32);
 
 /// Tables that the search needs.
 pub(super) struct Around<'a> {
-    pub(super) ways: Ways<'a>,
+    pub(super) paths: Paths<'a>,
     pub(super) shapes: &'a Shapes,
     pub(super) bounds: &'a Bounds,
     pub(super) contacts: &'a Contacts,
@@ -77,7 +77,7 @@ pub(super) fn find(
     found.clear();
     for row in rows {
         let c = around.contacts.at(row);
-        if around.ways.may_pass(c.body_a, c.body_b) {
+        if around.paths.may_pass(c.body_a, c.body_b) {
             around.add(c.shape_a, c.shape_b, found);
         }
     }
@@ -91,7 +91,7 @@ pub(super) fn find(
 
 impl Around<'_> {
     fn span(&self, flight: &Flight, asked: bool) -> Span {
-        let body = self.ways.bodies.at(flight.row);
+        let body = self.paths.bodies.at(flight.row);
         let around = Aabb::of_points([flight.from, body.center]).grown(body.extent);
         Span { around, row: flight.row, paired: asked && flight.in_boxes && !flight.flew }
     }
@@ -100,8 +100,8 @@ impl Around<'_> {
     fn ask(&self, span: &Span, out: &mut Vec<Meeting>) {
         for tree in [&self.bounds.moving, &self.bounds.fixed] {
             tree.query(&span.around, |other| {
-                if self.ways.may_pass(span.row, self.shapes.at(other).body) {
-                    for shape in &self.ways.bodies.at(span.row).ties.shapes {
+                if self.paths.may_pass(span.row, self.shapes.at(other).body) {
+                    for shape in &self.paths.bodies.at(span.row).ties.shapes {
                         self.add(*shape, other, out);
                     }
                 }
@@ -123,12 +123,12 @@ impl Around<'_> {
             for other in spans[i + 1..].iter().take_while(near) {
                 if (span.paired && other.paired)
                     || !span.around.overlaps(&other.around)
-                    || !self.ways.may_pass(span.row, other.row)
+                    || !self.paths.may_pass(span.row, other.row)
                 {
                     continue;
                 }
-                for shape in &self.ways.bodies.at(span.row).ties.shapes {
-                    for other in &self.ways.bodies.at(other.row).ties.shapes {
+                for shape in &self.paths.bodies.at(span.row).ties.shapes {
+                    for other in &self.paths.bodies.at(other.row).ties.shapes {
                         self.add(*shape, *other, out);
                     }
                 }
@@ -139,18 +139,18 @@ impl Around<'_> {
     /// Bounds of a shape's path in the step: a ball around its middle, moved along the path. `None`
     /// for a moving surface.
     fn swept(&self, shape: &ShapeRow) -> Option<Aabb> {
-        let body = self.ways.bodies.at(shape.body);
+        let body = self.paths.bodies.at(shape.body);
         if shape.solid.is_surface() {
             return (body.kind == BodyKind::Static).then_some(shape.fat);
         }
         let (middle, size) = shape.solid.ball();
         let middle = shape.centered.point(middle);
         let end = body.center + body.rotation.rotate(middle);
-        let (start, off) = self.ways.flight(shape.body).map_or((end, 0.0), |flight| {
+        let (start, off) = self.paths.flight(shape.body).map_or((end, 0.0), |flight| {
             // An arc of a radian leaves its chord by an eighth of its radius; a longer one may be
             // any part of the circle.
             let is_arc = chord(&flight.stood, &body.rotation) < 0.9
-                && body.w.length() * self.ways.ctx.dt < 1.0;
+                && body.w.length() * self.paths.ctx.dt < 1.0;
             let off = middle.length() * if is_arc { 0.13 } else { 2.0 };
             (flight.from + flight.stood.rotate(middle), off)
         });
@@ -161,10 +161,10 @@ impl Around<'_> {
     /// Adds two shapes if they may meet on their paths, unless rays decide the pair.
     fn add(&self, a: u32, b: u32, out: &mut Vec<Meeting>) {
         let (shape_a, shape_b) = (self.shapes.at(a), self.shapes.at(b));
-        if !may_meet(self.ways.bodies, self.joints, shape_a, shape_b) {
+        if !may_meet(self.paths.bodies, self.joints, shape_a, shape_b) {
             return;
         }
-        let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.ways.bodies.at(shape.body));
+        let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.paths.bodies.at(shape.body));
         let reports = is_reported(shape_a, body_a, body_b) || is_reported(shape_b, body_b, body_a);
         if reports && !shape_a.sensor && !shape_b.sensor {
             return;

@@ -9,7 +9,7 @@
 
 use super::asks::Asks;
 use super::meetings::Meeting;
-use super::ways::{Ways, pose_of, put};
+use super::paths::{Paths, pose_of, put};
 use crate::base::bit_set::BitSet;
 use crate::base::pose::Pose;
 use crate::base::sparse::Sparse;
@@ -82,7 +82,7 @@ pub(super) fn stop(
     asked.extend(meetings.iter().filter(|meeting| !is_of_sensor(**meeting, shapes)));
     for _ in 0..ROUNDS {
         let asks = hooks.map(|hooks| Asks { ctx, hooks, bodies, shapes });
-        let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes, asks };
+        let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, asks };
         collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), lists, |range, out| {
             let some = asked[range].iter();
             out.extend(some.filter_map(|m| steps.meet(*m).map(|part| Stop { part, meeting: *m })));
@@ -99,8 +99,8 @@ pub(super) fn stop(
             if is_moved.contains(a) || is_moved.contains(b) {
                 continue;
             }
-            let ways = Ways { ctx, fast, flight_of, bodies };
-            let ends = Steps { ways, shapes, asks: None }.ends(*stop);
+            let paths = Paths { ctx, fast, flight_of, bodies };
+            let ends = Steps { paths, shapes, asks: None }.ends(*stop);
             for (row, pose) in ends.into_iter().flatten() {
                 put(ctx, row, pose, bodies, shapes, bounds);
                 is_moved.insert(row);
@@ -115,7 +115,7 @@ pub(super) fn stop(
         is_moved.remove_all(moved);
         moved.clear();
     }
-    let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes, asks: None };
+    let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, asks: None };
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| is_of_sensor(**meeting, shapes)));
     collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
@@ -125,7 +125,7 @@ pub(super) fn stop(
         crossings
             .iter()
             .flatten()
-            .flat_map(|(a, b)| events_between([*a, *b], shapes, steps.ways.bodies)),
+            .flat_map(|(a, b)| events_between([*a, *b], shapes, steps.paths.bodies)),
     );
 }
 
@@ -139,7 +139,7 @@ fn bodies_of((a, b): Meeting, shapes: &Shapes) -> [u32; 2] {
 
 /// Motion of shapes in the step, with the changes so far.
 struct Steps<'a> {
-    ways: Ways<'a>,
+    paths: Paths<'a>,
     shapes: &'a Shapes,
     asks: Option<Asks<'a>>,
 }
@@ -147,10 +147,10 @@ struct Steps<'a> {
 impl Steps<'_> {
     fn pair(&self, meeting @ (a, b): Meeting) -> Pair<'_> {
         let yields =
-            bodies_of(meeting, self.shapes).map(|row| self.ways.bodies.at(row).is_dynamic());
+            bodies_of(meeting, self.shapes).map(|row| self.paths.bodies.at(row).is_dynamic());
         let [a, b] = [a, b].map(|shape| {
             let ShapeRow { solid, centered, body, .. } = self.shapes.at(shape);
-            Mover::new(solid, *centered, self.ways.way(*body))
+            Mover::new(solid, *centered, self.paths.path(*body))
         });
         Pair::new(a, b).yielding(yields == [true, true])
     }
@@ -158,7 +158,7 @@ impl Steps<'_> {
     /// Part of the step after which two shapes meet that end deep in each other or past each other.
     fn meet(&self, meeting: Meeting) -> Option<f32> {
         let pair = self.pair(meeting);
-        let [a, b] = bodies_of(meeting, self.shapes).map(|row| self.ways.bodies.at(row));
+        let [a, b] = bodies_of(meeting, self.shapes).map(|row| self.paths.bodies.at(row));
         let core = |body: &Body| if body.is_dynamic() { CORE * body.inner } else { f32::INFINITY };
         if pair.hardly_moves(core(a).min(core(b))) || !pair.may_meet() {
             return None;
@@ -181,7 +181,7 @@ impl Steps<'_> {
     fn is_held(&self, meeting @ (a, b): Meeting, part: f32) -> bool {
         let asks = self.asks.as_ref().filter(|asks| asks.are_of(a, b));
         asks.is_none_or(|asks| {
-            let poses = bodies_of(meeting, self.shapes).map(|row| self.ways.way(row).at(part));
+            let poses = bodies_of(meeting, self.shapes).map(|row| self.paths.path(row).at(part));
             asks.stop([a, b], poses)
         })
     }
@@ -193,26 +193,26 @@ impl Steps<'_> {
     /// True if two shapes approach so that a one-way surface of them may hold.
     fn comes_to_front(&self, (a, b): Meeting) -> bool {
         let rows = bodies_of((a, b), self.shapes);
-        let bodies = rows.map(|row| self.ways.bodies.at(row));
-        let [from, to] = rows.map(|row| self.ways.way(row).shift());
+        let bodies = rows.map(|row| self.paths.bodies.at(row));
+        let [from, to] = rows.map(|row| self.paths.path(row).shift());
         one_way::may_stop(self.shapes, [a, b], bodies, to - from)
     }
 
     /// Time of impact for two shapes that overlap from the start, as a part of the step. Their
     /// contacts hold them, unless the middle of the smaller one is to pass.
     fn meet_inside(&self, (a, b): Meeting) -> Option<f32> {
-        let [body_a, body_b] = [a, b].map(|shape| self.ways.bodies.at(self.shapes.at(shape).body));
+        let [body_a, body_b] = [a, b].map(|shape| self.paths.bodies.at(self.shapes.at(shape).body));
         let a_is_smaller =
             !body_b.is_dynamic() || (body_a.is_dynamic() && body_a.extent <= body_b.extent);
         let (small, other) = if a_is_smaller { (a, b) } else { (b, a) };
         let (small, other) = (self.shapes.at(small), self.shapes.at(other));
-        let body = self.ways.bodies.at(small.body);
+        let body = self.paths.bodies.at(small.body);
         if body.inertia.hollow {
             return None;
         }
         let core = Solid { core: Core::Point, radius: CORE * body.inner };
-        let core = Mover::new(&core, Pose::IDENTITY, self.ways.way(small.body));
-        let other = Mover::new(&other.solid, other.centered, self.ways.way(other.body));
+        let core = Mover::new(&core, Pose::IDENTITY, self.paths.path(small.body));
+        let other = Mover::new(&other.solid, other.centered, self.paths.path(other.body));
         match Pair::new(core, other).course() {
             Course::Deep(part) => Some(part),
             Course::Clear | Course::Overlap => None,
@@ -222,8 +222,8 @@ impl Steps<'_> {
     /// Final poses of two bodies that meet.
     fn ends(&self, Stop { part, meeting }: Stop) -> [Option<(u32, Pose)>; 2] {
         let rows = bodies_of(meeting, self.shapes);
-        let bodies = rows.map(|row| self.ways.bodies.at(row));
-        let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.ways.flight(rows[i]).is_some());
+        let bodies = rows.map(|row| self.paths.bodies.at(row));
+        let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.paths.flight(rows[i]).is_some());
         // Moving a body with a joint would tear the joint open.
         let free = [0, 1].map(|i| gives[i] && bodies[i].ties.joints.is_empty());
         let alone = match (gives, free) {
@@ -235,18 +235,18 @@ impl Steps<'_> {
         let masses = bodies.map(|body| body.inertia.mass);
         let light = alone.unwrap_or(usize::from(masses[1] <= masses[0]));
         let heavy = 1 - light;
-        let ways = rows.map(|row| self.ways.way(row));
+        let paths = rows.map(|row| self.paths.path(row));
         let mut end = pose_of(bodies[heavy]);
         if alone.is_none() {
-            let [a, b] = [0, 1].map(|i| ways[i].shift() * (masses[i] / (masses[0] + masses[1])));
-            end.position = ways[heavy].at(part).position + (a + b) * (1.0 - part);
+            let [a, b] = [0, 1].map(|i| paths[i].shift() * (masses[i] / (masses[0] + masses[1])));
+            end.position = paths[heavy].at(part).position + (a + b) * (1.0 - part);
         }
         // The surface carries the other body with it; rotation of a round surface does not.
         let surface = [meeting.0, meeting.1][heavy];
         let ShapeRow { solid, centered, .. } = self.shapes.at(surface);
-        let seen = *Mover::new(solid, *centered, ways[heavy]).way();
+        let seen = *Mover::new(solid, *centered, paths[heavy]).motion();
         let turn = seen.at(1.0).rotation * seen.at(part).rotation.conjugate();
-        let met = ways.map(|way| way.at(part));
+        let met = paths.map(|path| path.at(part));
         let arm = turn.rotate(met[light].position - met[heavy].position);
         let with = Pose {
             position: end.position + arm,
@@ -270,13 +270,13 @@ impl Steps<'_> {
         let [first, second] = [a, b].map(|shape| self.shapes.at(shape));
         let swap = rank(second) < rank(first);
         let (first, second) = if swap { (second, first) } else { (first, second) };
-        let [x, y] = [first, second].map(|shape| (self.ways.bodies.at(shape.body), shape));
-        overlap(self.ways.ctx, x, y)
+        let [x, y] = [first, second].map(|shape| (self.paths.bodies.at(shape.body), shape));
+        overlap(self.paths.ctx, x, y)
     }
 
     /// True if they touched when the step began: the next step reports their separation.
     fn touches(&self, (a, b): Meeting, contacts: &Contacts) -> bool {
-        let body = self.ways.bodies.at(self.shapes.at(a).body);
+        let body = self.paths.bodies.at(self.shapes.at(a).body);
         contacts
             .of_body(body)
             .map(|(row, _)| contacts.at(row))

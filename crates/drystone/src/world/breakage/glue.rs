@@ -275,7 +275,7 @@ fn joint_load(tables: &Tables, row: u32, joint: &Joint) -> (Vec3, Vec3, Vec3) {
         return (at_b, impulse, turn);
     }
     let arm = match joint.link {
-        Link::Six(_) => b.center + at_b - a.center,
+        Link::SixDof(_) => b.center + at_b - a.center,
         _ => a.rotation.rotate(joint.anchor_a),
     };
     (arm, -impulse, -turn)

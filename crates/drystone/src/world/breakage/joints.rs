@@ -17,7 +17,7 @@ impl Borne {
     /// The load of a joint. `inv_h`: substeps per second.
     fn by(joint: &Joint, inv_h: f32) -> Self {
         let [force, torque] = match &joint.link {
-            Link::Ball | Link::Distance { .. } | Link::Six(_) => joint.peak,
+            Link::Ball | Link::Distance { .. } | Link::SixDof(_) => joint.peak,
             Link::Pulley(_) => [joint.impulse.x.abs(), 0.0],
             Link::Coupling(_) => [0.0; 2],
         };

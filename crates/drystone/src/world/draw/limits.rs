@@ -8,7 +8,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::trig::sin_cos;
-use crate::state::def::sixdof::{JointMotion, SixDof};
+use crate::state::def::six_dof::{JointMotion, SixDof};
 use crate::world::joint::JointRef;
 
 const LIMIT: DebugColor = DebugColor::LIMIT;
@@ -145,7 +145,7 @@ mod tests {
     use crate::base::math::{Vec3, vec3};
     use crate::base::quat::Quat;
     use crate::state::def::named::{ConeTwist, Hinge, Slider, Universal};
-    use crate::state::def::sixdof::{JointAxis, JointCone, SixDof};
+    use crate::state::def::six_dof::{JointAxis, JointCone, SixDof};
     use crate::state::def::{BodyDef, JointDef, ShapeDef};
     use crate::world::World;
     use crate::world::draw::{DebugColor, DebugDraw, DebugDrawOptions};

@@ -66,8 +66,8 @@ impl World {
         let find = |name: &str, axis_name: &str, id: JointId, axis: Axis| {
             let joint = joints.rows.row(id).map(|row| joints.at(row));
             match joint.map(|j| (j, &j.link)) {
-                Some((joint, Link::Six(six))) => {
-                    check_axis(axis_name, &six.def, axis)?;
+                Some((joint, Link::SixDof(six_dof))) => {
+                    check_axis(axis_name, &six_dof.def, axis)?;
                     Ok([joint.body_a, joint.body_b])
                 }
                 _ => Err(DefError::missing(

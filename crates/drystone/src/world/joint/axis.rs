@@ -6,9 +6,9 @@ use crate::base::math::{Vec3, bounded};
 use crate::state::coupling::coordinate;
 use crate::state::def::DefError;
 use crate::state::def::axis::Axis;
-use crate::state::def::sixdof::{JointAxis, JointDrive, JointMotion, JointSpring};
+use crate::state::def::six_dof::{JointAxis, JointDrive, JointMotion, JointSpring};
 use crate::state::joints::Link;
-use crate::state::six::{Six, Turns};
+use crate::state::six_dof::{SixDofJoint, Turns};
 
 /// One axis of a joint of six axes, read-only: a hinge's rotation, a slider's translation, the
 /// spring of a wheel.
@@ -40,14 +40,14 @@ use crate::state::six::{Six, Turns};
 #[derive(Clone, Copy, Debug)]
 pub struct AxisRef<'w> {
     joint: JointRef<'w>,
-    six: &'w Six,
+    six_dof: &'w SixDofJoint,
     axis: Axis,
 }
 
 impl<'w> AxisRef<'w> {
     pub(crate) fn new(joint: JointRef<'w>, axis: Axis) -> Option<Self> {
-        let Link::Six(six) = &joint.joint.link else { return None };
-        Some(Self { joint, six, axis })
+        let Link::SixDof(six_dof) = &joint.joint.link else { return None };
+        Some(Self { joint, six_dof, axis })
     }
 
     /// The name of the axis.
@@ -59,7 +59,7 @@ impl<'w> AxisRef<'w> {
     /// Its limits, its drive and its friction.
     #[must_use]
     pub const fn def(&self) -> &'w JointAxis {
-        self.six.def.axis(self.axis)
+        self.six_dof.def.axis(self.axis)
     }
 
     /// Coordinate of the second frame in the first one [m; rad]. The angle of a joint with one free
@@ -68,12 +68,12 @@ impl<'w> AxisRef<'w> {
     #[must_use]
     pub fn position(&self) -> f32 {
         let (i, bodies) = (self.axis.index(), &self.joint.tables.bodies);
-        if i > 3 && self.six.def.cone.is_some() {
+        if i > 3 && self.six_dof.def.cone.is_some() {
             let turns = self.turns();
             return turns.angles[1] * turns.swing[i - 4];
         }
         #[expect(clippy::cast_possible_truncation, reason = "a coordinate, as all of them are")]
-        let x = coordinate(self.joint.joint, self.six, bodies, i) as f32;
+        let x = coordinate(self.joint.joint, self.six_dof, bodies, i) as f32;
         x
     }
 
@@ -102,10 +102,10 @@ impl<'w> AxisRef<'w> {
         let i = self.axis.index();
         if !self.axis.is_turn() {
             let a = self.joint.tables.bodies.at(self.joint.joint.body_a);
-            return (a.rotation * self.six.def.frame_a).rotate([Vec3::X, Vec3::Y, Vec3::Z][i]);
+            return (a.rotation * self.six_dof.def.frame_a).rotate([Vec3::X, Vec3::Y, Vec3::Z][i]);
         }
         let Turns { rows, swing: [y, z], .. } = self.turns();
-        match (self.axis, self.six.def.cone) {
+        match (self.axis, self.six_dof.def.cone) {
             (Axis::TurnY, Some(_)) => rows[1] * y - rows[2] * z,
             (Axis::TurnZ, Some(_)) => rows[1] * z + rows[2] * y,
             _ => rows[i - 3],
@@ -141,9 +141,9 @@ impl<'w> AxisRef<'w> {
         if def.held().is_some() || def.drive.is_none() {
             return 0.0;
         }
-        let held = &self.six.state.held;
+        let held = &self.six_dof.state.held;
         let [y, z] = self.turns().swing;
-        let impulse = match (self.axis, self.six.def.cone) {
+        let impulse = match (self.axis, self.six_dof.def.cone) {
             (Axis::TurnY, Some(_)) => held[4] * y - held[5] * z,
             (Axis::TurnZ, Some(_)) => held[4] * z + held[5] * y,
             _ => held[i],
@@ -154,7 +154,7 @@ impl<'w> AxisRef<'w> {
     fn turns(&self) -> Turns {
         let bodies = &self.joint.tables.bodies;
         let [a, b] = [self.joint.joint.body_a, self.joint.joint.body_b].map(|row| bodies.at(row));
-        self.six.turns(a.rotation, b.rotation)
+        self.six_dof.turns(a.rotation, b.rotation)
     }
 }
 
@@ -189,8 +189,8 @@ impl AxisMut<'_, '_> {
     /// axis is a swing of a joint with a cone. Both swings of a cone change together
     /// ([`JointMut::set_axes`]).
     pub fn set(&mut self, axis: JointAxis) -> Result<(), DefError> {
-        let six = self.joint.six()?.with_axis(self.axis, axis);
-        self.joint.put_six(six)
+        let six_dof = self.joint.six_dof()?.with_axis(self.axis, axis);
+        self.joint.put_six_dof(six_dof)
     }
 
     /// Sets its motion: free, locked or limited. Its drive and friction stay unchanged.
@@ -245,7 +245,7 @@ impl<'w> JointMut<'w> {
     /// One of its axes, for changes; `None` if it is not a joint of six axes.
     #[must_use]
     pub fn axis(&mut self, axis: Axis) -> Option<AxisMut<'_, 'w>> {
-        self.six().ok()?;
+        self.six_dof().ok()?;
         Some(AxisMut { joint: self, axis })
     }
 

@@ -7,7 +7,7 @@ use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::axis::Axis;
-use crate::state::def::sixdof::{JointDrive, JointSpring, SixDof};
+use crate::state::def::six_dof::{JointDrive, JointSpring, SixDof};
 use crate::state::def::{DefError, JointKind, Pulley, Spring, position, unit};
 use crate::state::joints::{Joint, Link, Switch};
 use crate::world::World;
@@ -97,10 +97,10 @@ impl<'w> JointMut<'w> {
     /// # Errors
     /// A rotation is not a unit quaternion, or the joint has another kind.
     pub fn set_frames(&mut self, frame_a: Quat, frame_b: Quat) -> Result<(), DefError> {
-        let six = self.six()?;
+        let six_dof = self.six_dof()?;
         unit("frame_a", frame_a)?;
         unit("frame_b", frame_b)?;
-        self.put_six(SixDof { frame_a, frame_b, ..six })
+        self.put_six_dof(SixDof { frame_a, frame_b, ..six_dof })
     }
 
     /// Replaces all axes of a joint of six axes and its cone. The joint keeps its frames; the
@@ -110,8 +110,8 @@ impl<'w> JointMut<'w> {
     /// The first field that is out of range; a joint of another kind; an axis of a coupling that
     /// would become locked or part of a cone.
     pub fn set_axes(&mut self, axes: impl Into<SixDof>) -> Result<(), DefError> {
-        let SixDof { frame_a, frame_b, .. } = self.six()?;
-        self.put_six(SixDof { frame_a, frame_b, ..axes.into() })
+        let SixDof { frame_a, frame_b, .. } = self.six_dof()?;
+        self.put_six_dof(SixDof { frame_a, frame_b, ..axes.into() })
     }
 
     /// Changes the kind of the joint between the same bodies at the same anchors. Examples: a hinge
@@ -130,8 +130,8 @@ impl<'w> JointMut<'w> {
             return Err(DefError::unsuitable("kind", value, "a kind other than a coupling"));
         }
         match (kind, &self.joint().link) {
-            (JointKind::SixDof(axes), Link::Six(_)) => return self.set_axes(axes),
-            (_, Link::Six(_)) if self.world.couplings_of(self.id).next().is_some() => {
+            (JointKind::SixDof(axes), Link::SixDof(_)) => return self.set_axes(axes),
+            (_, Link::SixDof(_)) if self.world.couplings_of(self.id).next().is_some() => {
                 let allowed = "a joint of six axes, because a coupling refers to it";
                 return Err(DefError::unsuitable("kind", kind.name(), allowed));
             }
@@ -152,14 +152,14 @@ impl<'w> JointMut<'w> {
         max_torque: f32,
     ) -> Result<(), DefError> {
         unit("rotation", rotation)?;
-        let mut six = self.six()?;
-        let Some(targets) = six.swing_twist(rotation.normalized()) else {
+        let mut six_dof = self.six_dof()?;
+        let Some(targets) = six_dof.swing_twist(rotation.normalized()) else {
             return Err(self.other_kind("a joint with three free turns"));
         };
-        for (axis, target) in six.angular.iter_mut().zip(targets) {
+        for (axis, target) in six_dof.angular.iter_mut().zip(targets) {
             axis.drive = Some(JointDrive::servo(target, spring, max_torque));
         }
-        self.put_six(six)
+        self.put_six_dof(six_dof)
     }
 
     /// See [`Self::set_lengths`].
@@ -267,14 +267,14 @@ impl<'w> JointMut<'w> {
     }
 
     /// The axes of a joint of six axes.
-    pub(crate) fn six(&self) -> Result<SixDof, DefError> {
+    pub(crate) fn six_dof(&self) -> Result<SixDof, DefError> {
         match &self.joint().link {
-            Link::Six(six) => Ok(six.def),
+            Link::SixDof(six_dof) => Ok(six_dof.def),
             _ => Err(self.other_kind("a joint of six axes")),
         }
     }
 
-    pub(crate) fn put_six(&mut self, axes: SixDof) -> Result<(), DefError> {
+    pub(crate) fn put_six_dof(&mut self, axes: SixDof) -> Result<(), DefError> {
         axes.validate()?;
         let tables = &self.world.tables;
         for coupling in self.world.couplings_of(self.id) {
@@ -288,11 +288,11 @@ impl<'w> JointMut<'w> {
             }
         }
         let tables = &mut self.world.tables;
-        let Link::Six(six) = &mut tables.joints.at_mut(self.row).link else { return Ok(()) };
+        let Link::SixDof(six_dof) = &mut tables.joints.at_mut(self.row).link else { return Ok(()) };
         // `parts` determines the blocks of a joint, `scalar_count` the number of rows of a tree.
-        let changed =
-            six.def.parts() != axes.parts() || six.def.scalar_count() != axes.scalar_count();
-        six.set(axes);
+        let changed = six_dof.def.parts() != axes.parts()
+            || six_dof.def.scalar_count() != axes.scalar_count();
+        six_dof.set(axes);
         tables.colors.bodies_changed |= changed;
         self.wake();
         Ok(())

@@ -121,9 +121,9 @@ impl Walk<'_, '_> {
         length: f32,
         moved: &mut Moved,
     ) -> Result<(), DefError> {
-        let (query, way) = (self.world.query(), direction * length);
+        let (query, displacement) = (self.world.query(), direction * length);
         let (shape, found) = (&self.mover.shape, &mut moved.found);
-        query.cast_shape_all(shape, self.pose(from), way, self.filter(), found)?;
+        query.cast_shape_all(shape, self.pose(from), displacement, self.filter(), found)?;
         found.retain(|hit| hit.normal.dot(direction) < -ALONG && self.is_held_by(hit, direction));
         Ok(())
     }
@@ -277,20 +277,23 @@ impl Walk<'_, '_> {
 
 /// The displacement along ground with this normal, with the same length, so that uphill is not
 /// slower.
-fn on_ground(way: Vec3, normal: Vec3) -> Vec3 {
-    (way - normal * way.dot(normal)).normalize_or(Vec3::ZERO) * way.length()
+fn on_ground(displacement: Vec3, normal: Vec3) -> Vec3 {
+    (displacement - normal * displacement.dot(normal)).normalize_or(Vec3::ZERO)
+        * displacement.length()
 }
 
 /// The part of a displacement that leads into none of the planes.
-fn along(way: Vec3, planes: &[Vec3]) -> Vec3 {
-    let free = |way: Vec3| planes.iter().all(|n| way.dot(*n) >= -1.0e-6 * way.length());
-    if free(way) {
-        return way;
+fn along(displacement: Vec3, planes: &[Vec3]) -> Vec3 {
+    let free = |displacement: Vec3| {
+        planes.iter().all(|n| displacement.dot(*n) >= -1.0e-6 * displacement.length())
+    };
+    if free(displacement) {
+        return displacement;
     }
-    let on_one = planes.iter().map(|n| way - *n * lesser(way.dot(*n), 0.0));
+    let on_one = planes.iter().map(|n| displacement - *n * lesser(displacement.dot(*n), 0.0));
     let creases = planes.iter().enumerate().flat_map(|(i, n)| {
         planes[..i].iter().filter_map(move |other| n.cross(*other).try_normalize())
     });
-    let on_two = creases.map(|crease| crease * way.dot(crease));
+    let on_two = creases.map(|crease| crease * displacement.dot(crease));
     on_one.chain(on_two).find(|bent| free(*bent)).unwrap_or(Vec3::ZERO)
 }

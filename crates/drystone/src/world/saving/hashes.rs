@@ -164,7 +164,7 @@ impl World {
         for (_, joint) in self.tables.joints.rows.iter() {
             hash.vector(joint.impulse);
             match &joint.link {
-                Link::Six(six) => hash.words(bytemuck::cast_slice(&[six.state])),
+                Link::SixDof(six_dof) => hash.words(bytemuck::cast_slice(&[six_dof.state])),
                 Link::Coupling(coupling) => hash.word(coupling.impulse.to_bits()),
                 Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
             }

@@ -27,7 +27,7 @@ pub(super) struct Limits {
     /// Maximum distance of a point beside its triangle [m]: seams have no width.
     pub(super) slack: f32,
     /// Expected motion of the solid in this step [m].
-    pub(super) way: Vec3,
+    pub(super) displacement: Vec3,
     /// The same if the solid turns little in the step, else zero [m].
     pub(super) straight: Vec3,
     /// Whether corners over a face become contacts even where an edge is nearer.
@@ -151,7 +151,7 @@ impl Contacts {
                 axis,
                 refused,
                 deepest,
-                due: deepest + axis.normal.dot(self.limits.way),
+                due: deepest + axis.normal.dot(self.limits.displacement),
                 corners: triangle.corners,
                 shift: Vec3::ZERO,
                 first,

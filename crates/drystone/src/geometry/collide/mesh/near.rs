@@ -22,11 +22,11 @@ const GRAIN: f32 = 1.0e-6;
 pub(crate) struct Reach {
     /// Maximum separation of a contact point, in any direction of motion [m].
     pub(crate) margin: f32,
-    /// Maximum distance of a triangle over the motion `way`; farther triangles are left out [m].
+    /// Maximum distance of a triangle over the motion `displacement`; farther triangles are left out [m].
     pub(crate) rest: f32,
     /// Expected motion of the solid's center relative to the mesh in this step
     /// [m, frame of the mesh].
-    pub(crate) way: Vec3,
+    pub(crate) displacement: Vec3,
     /// Whether the solid turns little in the motion, so that its hits on edges can be predicted.
     pub(crate) is_straight: bool,
     /// Whether the solid is fast: its corners over a face are contacts even where an edge is
@@ -41,9 +41,9 @@ pub(crate) struct Reach {
 impl Reach {
     /// Equal range in all directions.
     pub(crate) fn still(margin: f32) -> Self {
-        let way = Vec3::ZERO;
+        let displacement = Vec3::ZERO;
         let (rest, grain) = (margin, GRAIN);
-        Self { margin, rest, way, is_straight: false, corners: false, room: 0.0, grain }
+        Self { margin, rest, displacement, is_straight: false, corners: false, room: 0.0, grain }
     }
 
     /// Scales the grain to a world whose typical body has this length [m].
@@ -114,17 +114,17 @@ pub(super) fn find<S: Simd>(
     near: &mut Vec<Near>,
 ) -> f32 {
     near.clear();
-    let way = reach.way;
-    let moved = Aabb::new(solid.bounds.min + way, solid.bounds.max + way);
+    let displacement = reach.displacement;
+    let moved = Aabb::new(solid.bounds.min + displacement, solid.bounds.max + displacement);
     let look = reach.rest + reach.room;
     let (center, axes, half) = solid.core;
     let mut along = Vec3::ZERO;
-    along.x = 0.5 * axes[0].dot(way).abs() + solid.radius + look;
-    along.y = 0.5 * axes[1].dot(way).abs() + solid.radius + look;
-    along.z = 0.5 * axes[2].dot(way).abs() + solid.radius + look;
+    along.x = 0.5 * axes[0].dot(displacement).abs() + solid.radius + look;
+    along.y = 0.5 * axes[1].dot(displacement).abs() + solid.radius + look;
+    along.z = 0.5 * axes[2].dot(displacement).abs() + solid.radius + look;
     let window = Window {
         bounds: solid.bounds.grown(look).union(&moved.grown(reach.rest)),
-        center: center + way * 0.5,
+        center: center + displacement * 0.5,
         axes,
         half: half + along,
     };
@@ -175,8 +175,9 @@ fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (W
     for axis in 0..3 {
         let [p, q, r] = &pack.corners;
         let (p, q, r) = (load(simd, &p[axis]), load(simd, &q[axis]), load(simd, &r[axis]));
-        let way = reach.way[axis];
-        let (back, on) = (splat(simd, lesser(way, 0.0)), splat(simd, greater(way, 0.0)));
+        let displacement = reach.displacement[axis];
+        let (back, on) =
+            (splat(simd, lesser(displacement, 0.0)), splat(simd, greater(displacement, 0.0)));
         let over = splat(simd, solid.bounds.min[axis]) - max(max(p, q), r);
         let under = min(min(p, q), r) - splat(simd, solid.bounds.max[axis]);
         apart = max(apart, max(over, under));
@@ -203,16 +204,16 @@ fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (W
         }
     }
     let over = height.abs() + low - splat(simd, solid.radius);
-    let closing = min(normal.dot(Vec3w::splat(simd, reach.way)), zero);
+    let closing = min(normal.dot(Vec3w::splat(simd, reach.displacement)), zero);
     apart = max(apart, over);
     missed = max(missed, over + closing);
     if bits(above(missed, rest)) == ALL {
         return (apart, missed);
     }
-    let way = Vec3w::splat(simd, reach.way);
+    let displacement = Vec3w::splat(simd, reach.displacement);
     for plane in solid.planes {
         let n = across_lanes(simd, plane);
-        let closing = max(n.dot(way), zero);
+        let closing = max(n.dot(displacement), zero);
         let offset = splat(simd, plane[3] + solid.radius);
         let over = min(min(n.dot(p), n.dot(q)), n.dot(r)) - offset;
         apart = max(apart, over);

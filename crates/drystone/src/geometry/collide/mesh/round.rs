@@ -44,36 +44,36 @@ pub(super) fn point(
 /// the plane between the two allows `[Mirtich96]`.
 fn way_to_edge(
     start: (Vec3, Vec3),
-    (radius, way): (f32, Vec3),
+    (radius, displacement): (f32, Vec3),
     closest: impl Fn(Vec3) -> (Vec3, Vec3),
 ) -> Vec3 {
     let seen = |(core, nearest): (Vec3, Vec3)| {
         let apart = core - nearest;
         let distance = apart.length();
-        (apart, distance - radius, -apart.dot(way) / distance)
+        (apart, distance - radius, -apart.dot(displacement) / distance)
     };
     let (apart, gap, closing) = seen(start);
     // A row acts a substep ahead of the touch, and in the last sweep up to a step ahead of it.
     if !(gap > 0.0 && 2.0 * closing > gap) {
         return Vec3::ZERO;
     }
-    let along = (way + apart * (closing / apart.length())).length();
+    let along = (displacement + apart * (closing / apart.length())).length();
     if gap * along < TURN * radius * radius {
         return Vec3::ZERO;
     }
     let mut before = 0.0;
     let mut fraction = lesser(gap / closing, 1.0);
     for _ in 0..ROUNDS {
-        let (_, gap, closing) = seen(closest(way * fraction));
+        let (_, gap, closing) = seen(closest(displacement * fraction));
         if !(closing > 0.0) {
             // The solid passes by. Where it is nearest, the plane between the two is parallel to
             // the motion.
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (before + fraction);
-                let (_, _, closing) = seen(closest(way * middle));
+                let (_, _, closing) = seen(closest(displacement * middle));
                 if closing > 0.0 { before = middle } else { fraction = middle }
             }
-            return way * before;
+            return displacement * before;
         }
         if gap <= MET * radius || fraction >= 1.0 {
             break;
@@ -81,7 +81,7 @@ fn way_to_edge(
         before = fraction;
         fraction = lesser(fraction + gap / closing, 1.0);
     }
-    way * fraction
+    displacement * fraction
 }
 
 /// Adds the contact of a sphere; if it is too far away for one, returns a lower bound on the
@@ -100,9 +100,9 @@ pub(super) fn sphere(
     let feature = |normal| mix(1, direction_class(normal), 0);
     let mut shift = Vec3::ZERO;
     if part != Part::Face {
-        let way = (radius, contacts.limits.straight);
+        let displacement = (radius, contacts.limits.straight);
         let closest = |shift: Vec3| (center + shift, triangle.closest(center + shift).0);
-        shift = way_to_edge((center, nearest), way, closest);
+        shift = way_to_edge((center, nearest), displacement, closest);
         (nearest, part) = triangle.closest(center + shift);
     }
     let offset = center + shift - nearest;

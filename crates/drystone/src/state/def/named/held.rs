@@ -1,7 +1,7 @@
 //! Joints that hold or pull a body to a pose, and wheels.
 
 use crate::state::def::JointKind;
-use crate::state::def::sixdof::{JointAxis, JointSpring, SixDof};
+use crate::state::def::six_dof::{JointAxis, JointSpring, SixDof};
 
 /// Holds the second body in its pose relative to the first: glue, a weld, an elastic bracket.
 /// Placed by [`crate::JointDef::at`] at any point, it keeps the current poses.

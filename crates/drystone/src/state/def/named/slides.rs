@@ -2,7 +2,7 @@
 
 use super::turns::Hinge;
 use crate::state::def::JointKind;
-use crate::state::def::sixdof::{JointAxis, JointSpring, SixDof};
+use crate::state::def::six_dof::{JointAxis, JointSpring, SixDof};
 
 /// Translation along the x axis alone, without rotation: a lift, a piston, a drawer.
 ///

@@ -1,7 +1,7 @@
 //! Joints with rotation: balls, cones, hinges, universal joints.
 
 use crate::state::def::JointKind;
-use crate::state::def::sixdof::{JointAxis, JointCone, JointSpring, SixDof};
+use crate::state::def::six_dof::{JointAxis, JointCone, JointSpring, SixDof};
 
 /// Free rotation of two bodies about a point: a ball in its socket.
 ///

@@ -5,7 +5,7 @@ use crate::base::simd::wide::{LANES, at};
 use crate::state::bodies::NONE;
 use crate::step::context::caps::Caps;
 use crate::step::solver::bound::{Side, speed_of, speeds, vector};
-use crate::step::solver::joint::six_dof::block::SixBlock;
+use crate::step::solver::joint::six_dof::block::SixDofBlock;
 use crate::step::solver::joint::six_dof::drive::Push;
 use crate::step::solver::joint::sweep::JointSweep;
 use crate::step::solver::lent::Solver;
@@ -65,9 +65,9 @@ impl Solver<'_> {
         }
     }
 
-    pub(super) fn ask_sixdofs(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
-        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
-            let block = self.joint.six.read(i);
+    pub(super) fn ask_six_dof(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
+        for i in self.plan.six_dof.blocks_of(&group.six_dof) {
+            let block = self.joint.six_dof.read(i);
             if block.is_direct {
                 continue;
             }
@@ -78,7 +78,7 @@ impl Solver<'_> {
                 let acting = core::array::from_fn(|axis| {
                     [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane])
                 });
-                ask_six((block, lane), ends, &acting, true, sweep, bound);
+                ask_six_dof((block, lane), ends, &acting, true, sweep, bound);
             }
         }
     }
@@ -90,22 +90,22 @@ impl Solver<'_> {
             for (i, joint) in self.tree_joints(tree) {
                 let row = self.tree.rows.read(i);
                 for (k, p) in row.lambda[..row.count].iter().enumerate() {
-                    let kind = if joint.six == NONE { 0 } else { row.six.axis(k) / 3 };
+                    let kind = if joint.six_dof == NONE { 0 } else { row.six_dof.axis(k) / 3 };
                     bound.close(*p, row.closing[kind], kind);
                 }
                 let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
                 bound.drive(held, row.drift().length());
-                if joint.six != NONE {
+                if joint.six_dof != NONE {
                     let (block, lane) = (
-                        self.joint.six.read(joint.six as usize / LANES),
-                        joint.six as usize % LANES,
+                        self.joint.six_dof.read(joint.six_dof as usize / LANES),
+                        joint.six_dof as usize % LANES,
                     );
                     let ends = [block.row_a[lane], block.row_b[lane]]
                         .map(|solver_row| self.side(solver_row));
                     let (drift, spin) = drifts(block, lane);
                     bound.drive(held, greater(drift, spin));
                     let sweep = JointSweep::solving(self.ctx, 0.0);
-                    ask_six((block, lane), ends, row.six.acting(), false, &sweep, bound);
+                    ask_six_dof((block, lane), ends, row.six_dof.acting(), false, &sweep, bound);
                 }
             }
         }
@@ -113,7 +113,7 @@ impl Solver<'_> {
 }
 
 /// Speeds that kinematic bodies cause, of translation and of rotation.
-pub(super) fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
+pub(super) fn drifts(block: &SixDofBlock, lane: usize) -> (f64, f64) {
     let [spin_a, spin_b] = [&block.spin_a, &block.spin_b].map(|spin| vector(spin, lane));
     let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
     let own = vector(&block.drift, lane) + spin_b.cross(rb) - spin_a.cross(ra);
@@ -122,8 +122,8 @@ pub(super) fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
 
 /// Adds the possible work of the drives, springs and limits of a six-axis joint; with `locks` also
 /// of its locked axes.
-fn ask_six(
-    (block, lane): (&SixBlock, usize),
+fn ask_six_dof(
+    (block, lane): (&SixDofBlock, usize),
     [a, b]: [Side; 2],
     acting: &[[f32; 3]; 6],
     locks: bool,

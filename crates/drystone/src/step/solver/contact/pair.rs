@@ -40,8 +40,8 @@ impl Pair<'_> {
         let turning = spin(a, self.bodies[0], extent_a) + spin(b, self.bodies[1], extent_b);
         let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
         let maximum = size(self.bodies[0]).min(size(self.bodies[1]));
-        let way = 1.1 * self.ctx.dt * ((b.v - a.v).length() + turning);
-        self.ctx.margin.max(way.min(maximum))
+        let displacement = 1.1 * self.ctx.dt * ((b.v - a.v).length() + turning);
+        self.ctx.margin.max(displacement.min(maximum))
     }
 
     /// Replaces the manifold of a contact. An empty one leaves a contact out of reach, because

@@ -97,8 +97,8 @@ impl Solver<'_> {
     /// True if the pass moves a body of the block.
     fn is_stirred(&self, block: &ContactBlock) -> bool {
         block.row_a.iter().chain(&block.row_b).any(|row| {
-            let way = self.contact.pseudo_velocities.read(*row as usize);
-            way.v.iter().chain(&way.w).any(|x| *x != 0.0)
+            let displacement = self.contact.pseudo_velocities.read(*row as usize);
+            displacement.v.iter().chain(&displacement.w).any(|x| *x != 0.0)
         })
     }
 
@@ -177,26 +177,27 @@ impl Solver<'_> {
 
     /// Displaces a body by its pseudo-velocity, limited to a part of its size.
     fn move_apart(&self, i: usize) {
-        let way = self.contact.pseudo_velocities.read(i);
-        if way.v.iter().chain(&way.w).all(|x| *x == 0.0) {
+        let displacement = self.contact.pseudo_velocities.read(i);
+        if displacement.v.iter().chain(&displacement.w).all(|x| *x == 0.0) {
             return;
         }
         let row = self.plan.members[i - 1];
         let (extent, whitening) = (self.bodies.at(row).extent, self.body.whitening.read(i));
-        let (v, w) = (three(way.v) * whitening.alpha(), whitening.s().mul(three(way.w)));
+        let (v, w) =
+            (three(displacement.v) * whitening.alpha(), whitening.s().mul(three(displacement.w)));
         let part = |size: f32, maximum: f32| if size > maximum { maximum / size } else { 1.0 };
         let of_v = part(v.length(), DEEP_RATE * extent);
         let of_w = part(w.length(), DEEP_RATE);
         let (solver_body, dt) = (self.body.solver_bodies.row(i), self.ctx.dt);
         for k in 0..4 {
-            solver_body.x[k] += dt * of_v * way.v[k];
+            solver_body.x[k] += dt * of_v * displacement.v[k];
         }
         if self.plan.turning.bodies.contains(row) {
             let state = self.body.states.row(i);
             state.rotation = state.rotation.turned_by(w * (dt * of_w));
         } else {
             for k in 0..4 {
-                solver_body.t[k] += dt * of_w * way.w[k];
+                solver_body.t[k] += dt * of_w * displacement.w[k];
             }
         }
         self.body.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);
@@ -227,14 +228,14 @@ fn sweep<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
     block: &ContactBlock,
     parting: &mut Parting,
-    ways: &Rows<'_, SolverBody>,
+    displacements: &Rows<'_, SolverBody>,
 ) {
     let zero = splat(simd, 0.0);
     let mut a = Velocity::zero(simd);
     if !FIXED {
-        a = load_velocity(simd, ways, &block.row_a);
+        a = load_velocity(simd, displacements, &block.row_a);
     }
-    let mut of = (a, load_velocity(simd, ways, &block.row_b));
+    let mut of = (a, load_velocity(simd, displacements, &block.row_b));
     let (mut speed, mut given) = ([zero; N], [zero; N]);
     for j in 0..N {
         speed[j] = along::<S, FIXED>(simd, block, j, &of) - load(simd, &parting.wanted[j]);
@@ -261,9 +262,9 @@ fn sweep<S: Simd, const FIXED: bool, const N: usize>(
     }
     let push = Vec3w::load(simd, &block.n) * push;
     of.1.v = of.1.v + push * load(simd, &block.beta);
-    store_velocity(simd, ways, &block.row_b, of.1);
+    store_velocity(simd, displacements, &block.row_b, of.1);
     if !FIXED {
         of.0.v = of.0.v - push * load(simd, &block.alpha);
-        store_velocity(simd, ways, &block.row_a, of.0);
+        store_velocity(simd, displacements, &block.row_a, of.0);
     }
 }

@@ -61,7 +61,7 @@ pub(crate) struct Rope {
     /// Lever arms.
     r: [Vec3; 2],
     /// Anchors less the fixed points of the rope.
-    way: [Vec3; 2],
+    displacement: [Vec3; 2],
     /// Derivative of C by each length.
     factor: [f32; 2],
     /// Velocities of kinematic bodies' anchors, and angular velocities.
@@ -152,10 +152,10 @@ impl Rope {
             let turned = shift(self.r[i], turn);
             let r = self.r[i] + turned;
             let moved = x * self.alpha[i] + self.drift[i] * elapsed + turned;
-            let way = self.way[i] + moved;
-            let length = way.length();
+            let displacement = self.displacement[i] + moved;
+            let length = displacement.length();
             // At the fixed point itself the rope has no direction and exerts no force.
-            let along = if length > 1.0e-9 { way * (1.0 / length) } else { Vec3::ZERO };
+            let along = if length > 1.0e-9 { displacement * (1.0 / length) } else { Vec3::ZERO };
             let along = along * self.factor[i];
             now.c += self.factor[i] * length;
             now.drift += along.dot(self.drift[i] + self.spin[i].cross(r));
@@ -370,7 +370,7 @@ impl Rope {
             alpha: masses.map(|(_, alpha, _)| alpha),
             s: masses.map(|(.., s)| s),
             r,
-            way: [0, 1].map(|i| bodies[i].center + r[i] - pulley.points[i]),
+            displacement: [0, 1].map(|i| bodies[i].center + r[i] - pulley.points[i]),
             factor: [1.0, pulley.ratio],
             drift: bodies.map(|body| driven(body)[0]),
             spin: bodies.map(|body| driven(body)[1]),
@@ -387,17 +387,17 @@ impl End {
         bodies: &Bodies,
         mass: &impl Fn(u32) -> (usize, f32, Sym3),
     ) -> Option<(Self, f64)> {
-        let Link::Six(six) = &joint.link else { return None };
+        let Link::SixDof(six_dof) = &joint.link else { return None };
         let of = [joint.body_a, joint.body_b];
         let masses = of.map(mass);
         let [a, b] = of.map(|row| bodies.at(row));
         let r = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
-        let axes = (a.rotation * six.def.frame_a).to_mat3();
-        let turns = six.turns(a.rotation, b.rotation);
+        let axes = (a.rotation * six_dof.def.frame_a).to_mat3();
+        let turns = six_dof.turns(a.rotation, b.rotation);
         let is_turn = axis > 2;
         let direction = if is_turn { turns.rows[axis - 3] } else { [axes.x, axes.y, axes.z][axis] };
         let gap = (b.center - a.center) + (r[1] - r[0]);
-        let x = coordinate(joint, six, bodies, axis);
+        let x = coordinate(joint, six_dof, bodies, axis);
         let ([v_a, w_a], [v_b, w_b]) = (driven(a), driven(b));
         let end = Self {
             solver_rows: masses.map(|(solver_row, ..)| solver_row),

@@ -3,7 +3,7 @@
 
 use super::block::{JointBlock, JointExtra};
 use super::coupling_row::CouplingRow;
-use super::six_dof::block::SixBlock;
+use super::six_dof::block::SixDofBlock;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::step::solver::plan::Plan;
 use crate::step::solver::totals_rows::JointTally;
@@ -16,13 +16,13 @@ pub(crate) struct JointRows<'a> {
     pub(crate) blocks: Rows<'a, JointBlock>,
     pub(crate) extras: Rows<'a, JointExtra>,
     /// Six-axis joints.
-    pub(crate) six: Rows<'a, SixBlock>,
+    pub(crate) six_dof: Rows<'a, SixDofBlock>,
     pub(crate) couplings: Rows<'a, CouplingRow>,
     /// One for each island that has joints.
     pub(crate) bounds: Rows<'a, Bound>,
-    /// Sums for `blocks` and for `six`; empty unless something can break.
+    /// Sums for `blocks` and for `six_dof`; empty unless something can break.
     pub(crate) tallies: Rows<'a, JointTally>,
-    pub(crate) six_tallies: Rows<'a, JointTally>,
+    pub(crate) six_dof_tallies: Rows<'a, JointTally>,
 }
 
 /// Memory of the rows of joints. The fields are those of [`JointRows`].
@@ -30,36 +30,36 @@ pub(crate) struct JointRows<'a> {
 pub(crate) struct JointScratch {
     blocks: Vec<JointBlock>,
     extras: Vec<JointExtra>,
-    six: Vec<SixBlock>,
+    six_dof: Vec<SixDofBlock>,
     couplings: Vec<CouplingRow>,
     bounds: Vec<Bound>,
     tallies: Vec<JointTally>,
-    six_tallies: Vec<JointTally>,
+    six_dof_tallies: Vec<JointTally>,
 }
 
 impl JointScratch {
     /// Allocates the rows of a step; sums only if something can break.
     pub(crate) fn allocate(&mut self, plan: &Plan, breakage: bool) {
-        let (n, six) = (plan.joints.owners.len(), plan.sixdofs.owners.len());
+        let (n, six_dof) = (plan.joints.owners.len(), plan.six_dof.owners.len());
         self.blocks.resize_with(n, JointBlock::default);
         self.extras.resize_with(n, JointExtra::default);
-        self.six.resize_with(six, SixBlock::default);
+        self.six_dof.resize_with(six_dof, SixDofBlock::default);
         self.couplings.resize(plan.couplings.len(), CouplingRow::default());
         plan.bins.begin(&mut self.bounds);
         let sums = |n: usize| if breakage { n } else { 0 };
         self.tallies.resize(sums(n), JointTally::default());
-        self.six_tallies.resize(sums(six), JointTally::default());
+        self.six_dof_tallies.resize(sums(six_dof), JointTally::default());
     }
 
     pub(crate) fn lend(&mut self, apart: Apart) -> JointRows<'_> {
         JointRows {
             blocks: Rows::new(&mut self.blocks, apart),
             extras: Rows::new(&mut self.extras, apart),
-            six: Rows::new(&mut self.six, apart),
+            six_dof: Rows::new(&mut self.six_dof, apart),
             couplings: Rows::new(&mut self.couplings, apart),
             bounds: Rows::new(&mut self.bounds, apart),
             tallies: Rows::new(&mut self.tallies, apart),
-            six_tallies: Rows::new(&mut self.six_tallies, apart),
+            six_dof_tallies: Rows::new(&mut self.six_dof_tallies, apart),
         }
     }
 }

@@ -31,7 +31,7 @@ impl Solver<'_> {
                 }
             });
         });
-        self.prepare_sixdofs(group, jobs);
+        self.prepare_six_dof(group, jobs);
     }
 
     pub(crate) fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {

@@ -52,7 +52,7 @@ impl Bins {
         let body = |solver_body: usize| bodies.at(members[solver_body - 1]);
         for group in groups {
             let (first, begin) = (self.count, self.solver_rows.len());
-            let kinds = [&group.joints, &group.sixdofs, &group.couplings, &group.trees];
+            let kinds = [&group.joints, &group.six_dof, &group.couplings, &group.trees];
             let has_joints = kinds.iter().any(|kind| !kind.is_empty());
             let solver_rows = if has_joints { group.solver_rows.clone() } else { 0..0 };
             for solver_body in

@@ -30,7 +30,7 @@ pub(crate) struct TreeJoint {
     /// The child is the joint's body A.
     pub(crate) is_child_a: bool,
     /// Block and lane of a six-axis joint, as block × lanes + lane; [`NONE`] for a ball joint.
-    pub(crate) six: u32,
+    pub(crate) six_dof: u32,
 }
 
 /// A tree. Its bodies stand after their children, so the root is last. Its joints to the world
@@ -147,7 +147,7 @@ impl Forest {
             let (a, b) = (end(joint.body_a), end(joint.body_b));
             // A joint may still name a body that was deactivated.
             if (a, b) != (NONE, NONE) && connects(&joint.link) {
-                let fits = matches!(joint.link, Link::Ball | Link::Six(_));
+                let fits = matches!(joint.link, Link::Ball | Link::SixDof(_));
                 self.connect(a, b, fits, joint.articulated);
             }
         }
@@ -246,7 +246,7 @@ impl Forest {
                         child,
                         parent: NONE,
                         is_child_a,
-                        six: NONE,
+                        six_dof: NONE,
                     });
                 } else {
                     free -= 1;
@@ -261,14 +261,20 @@ impl Forest {
             let (parent, end) = self.parents[at - first_body];
             let end = end.expect("all but the root were met by a joint");
             let (child, is_child_a) = (number(at), !end.is_a);
-            self.joints.push(TreeJoint { row: end.joint, child, parent, is_child_a, six: NONE });
+            self.joints.push(TreeJoint {
+                row: end.joint,
+                child,
+                parent,
+                is_child_a,
+                six_dof: NONE,
+            });
         }
         let slack = if holds > 1 { HELD_TWICE } else { 1.0 };
         let joints_of = first_joint..self.joints.len();
         let mut scalars = 0;
         for joint in &self.joints[joints_of.clone()] {
-            if let Link::Six(six) = &joints.at(joint.row).link {
-                scalars += six.def.scalar_count();
+            if let Link::SixDof(six_dof) = &joints.at(joint.row).link {
+                scalars += six_dof.def.scalar_count();
             }
         }
         let first_gain = self.trees.last().map_or(0, |tree| tree.gains.end);
@@ -326,21 +332,21 @@ impl Forest {
 
 impl Forest {
     /// Records the block and lane of each six-axis joint.
-    pub(crate) fn locate(&mut self, sixdofs: &Layout) {
+    pub(crate) fn locate(&mut self, six_dof: &Layout) {
         self.places.clear();
         if self.joints.is_empty() {
             return;
         }
-        let direct = sixdofs.batches.iter().filter(|batch| batch.class & SIX_DIRECT != 0);
+        let direct = six_dof.batches.iter().filter(|batch| batch.class & SIX_DIRECT != 0);
         for block in direct.flat_map(|batch| batch.blocks.clone()) {
-            let lanes = sixdofs.owners[block].iter().enumerate();
+            let lanes = six_dof.owners[block].iter().enumerate();
             let owned = lanes.filter(|(_, row)| **row != NONE);
             self.places.extend(owned.map(|(lane, row)| (*row, number(block * LANES + lane))));
         }
         self.places.sort_unstable();
         for joint in &mut self.joints {
             let found = self.places.binary_search_by_key(&joint.row, |(row, _)| *row);
-            joint.six = found.map_or(NONE, |at| self.places[at].1);
+            joint.six_dof = found.map_or(NONE, |at| self.places[at].1);
         }
     }
 
@@ -368,7 +374,7 @@ impl Forest {
 
 /// False for a six-axis joint without a locked axis.
 fn connects(link: &Link) -> bool {
-    !matches!(link, Link::Six(six) if !six.def.holds_any())
+    !matches!(link, Link::SixDof(six_dof) if !six_dof.def.holds_any())
 }
 
 /// The representative of a body's component.

@@ -10,7 +10,7 @@ pub(crate) struct Group {
     pub(crate) solver_rows: Range<usize>,
     pub(crate) contacts: Range<usize>,
     pub(crate) joints: Range<usize>,
-    pub(crate) sixdofs: Range<usize>,
+    pub(crate) six_dof: Range<usize>,
     /// Range in [`Plan::couplings`].
     pub(crate) couplings: Range<usize>,
     /// Range in [`Forest::order`].

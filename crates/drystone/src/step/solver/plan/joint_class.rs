@@ -40,9 +40,9 @@ pub(crate) fn class_of(joint: &Joint) -> u8 {
         Link::Ball => 0,
         Link::Distance { .. } => DISTANCE,
         Link::Coupling(_) | Link::Pulley(_) => COUPLED,
-        Link::Six(six) => {
+        Link::SixDof(six_dof) => {
             let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
-            let parts = six.def.parts();
+            let parts = six_dof.def.parts();
             let pinned = if parts.holds_all_motions { SIX_ANCHORED } else { 0 };
             SIX | direct | pinned | chosen(SIX_ACTS, parts.acts) | chosen(SIX_HOLDS, parts.holds)
         }

@@ -67,7 +67,7 @@ pub(crate) struct Plan {
     pub(super) shared: usize,
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
-    pub(super) sixdofs: Layout,
+    pub(super) six_dof: Layout,
     /// Group and row of each coupling and pulley, sorted.
     pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
@@ -264,11 +264,11 @@ impl Plan {
         if joints_changed || moved {
             self.place_joints(joints, colors, solver_row_of, joints_changed, jobs);
         }
-        self.forest.locate(&self.sixdofs);
+        self.forest.locate(&self.six_dof);
         for (number, group) in (0..).zip(&mut self.groups) {
             group.contacts = self.contacts.batches_of(number);
             group.joints = self.joints.batches_of(number);
-            group.sixdofs = self.sixdofs.batches_of(number);
+            group.six_dof = self.six_dof.batches_of(number);
             let first = self.couplings.partition_point(|(of, _)| *of < number);
             group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
         }
@@ -367,11 +367,11 @@ impl Plan {
             self.couplings.extend(run.members(colorings).iter().map(|row| (run.group, *row)));
         }
         self.couplings.sort_unstable();
-        self.sixdofs.runs.clear();
-        self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class & SIX != 0));
+        self.six_dof.runs.clear();
+        self.six_dof.runs.extend(self.joints.runs.iter().filter(|run| run.class & SIX != 0));
         self.joints.runs.retain(|run| run.class < TREE);
         self.joints.lay_out(colorings);
-        self.sixdofs.lay_out(colorings);
+        self.six_dof.lay_out(colorings);
     }
 
     /// The group of a solver body.

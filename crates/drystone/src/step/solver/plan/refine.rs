@@ -104,7 +104,7 @@ fn precession(body: &Body) -> f32 {
 /// True if joints between two bodies hold the island, and nothing touches it.
 fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts) -> bool {
     let is_of_two = |joint: &u32| {
-        matches!(joints.at(*joint).link, Link::Ball | Link::Distance { .. } | Link::Six(_))
+        matches!(joints.at(*joint).link, Link::Ball | Link::Distance { .. } | Link::SixDof(_))
     };
     let presses = |(row, _): (u32, u32)| {
         let contact = contacts.at(row);
@@ -209,7 +209,7 @@ pub(crate) fn take_back(
 fn scale(joint: &mut Joint, factor: f32) {
     joint.impulse *= factor;
     match &mut joint.link {
-        Link::Six(six) => six.state.scale_impulses(factor),
+        Link::SixDof(six_dof) => six_dof.state.scale_impulses(factor),
         Link::Coupling(coupling) => coupling.impulse *= factor,
         Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
     }

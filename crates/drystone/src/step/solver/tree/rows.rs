@@ -2,23 +2,23 @@
 
 use crate::base::double::DVec3;
 use crate::step::solver::joint::sweep::JointSweep;
-use crate::step::solver::vec6::{Jacobian, Six, backward, dot, factor, forward, mul};
+use crate::step::solver::vec6::{Jacobian, Vec6, backward, dot, factor, forward, mul};
 
 /// Additional data of a six-axis joint in a tree.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct SixRow {
+pub(crate) struct SixDofRow {
     /// Number of drives and limits; their rows follow those of locked axes.
     pub(crate) scalars: usize,
     /// Axis number of each row, and the current direction of that axis.
     pub(crate) axes: [usize; 6],
     pub(crate) along: [DVec3; 6],
     /// Coordinate of each row, and the part of its speed that the solver bodies do not contain.
-    pub(crate) place: Six,
-    pub(crate) speed: Six,
+    pub(crate) place: Vec6,
+    pub(crate) speed: Vec6,
     /// Speed at the start of the substep, for each row of a drive or limit.
-    pub(crate) start: Six,
+    pub(crate) start: Vec6,
     /// Impulse of this sweep, for each row of a drive or limit.
-    pub(crate) given: Six,
+    pub(crate) given: Vec6,
     /// Impulses of drive, friction and limit of each axis [N s; N m s].
     pub(crate) acting: [[f32; 3]; 6],
     /// Total impulse on body B: force, and torque about its anchor [N s; N m s, world].
@@ -28,7 +28,7 @@ pub(crate) struct SixRow {
     pub(crate) ease: f64,
 }
 
-impl SixRow {
+impl SixDofRow {
     /// Scales the impulses by `part`.
     #[expect(clippy::cast_possible_truncation, reason = "a factor")]
     pub(crate) fn restrain(&mut self, part: f64) {
@@ -79,18 +79,18 @@ pub(crate) struct TreeBody {
     pub(crate) alpha: f64,
     pub(crate) s: [DVec3; 3],
     /// Velocity change by the tree's joints (whitened), as the solver body carries it.
-    pub(crate) carried: Six,
-    pub(crate) u: Six,
+    pub(crate) carried: Vec6,
+    pub(crate) u: Vec6,
     /// Velocity at the start of the substep (whitened).
-    pub(crate) start: Six,
-    pub(crate) motion: Six,
+    pub(crate) start: Vec6,
+    pub(crate) motion: Vec6,
     /// Geometric stiffness, times h² [kg m²].
     pub(crate) turning: f64,
     /// Lower half of the matrix, then its factor with inverse diagonal.
-    pub(crate) h: [Six; 6],
-    pub(crate) x: Six,
+    pub(crate) h: [Vec6; 6],
+    pub(crate) x: Vec6,
     /// Sum of several solutions.
-    pub(crate) sum: Six,
+    pub(crate) sum: Vec6,
 }
 
 /// A joint of a tree.
@@ -105,20 +105,20 @@ pub(crate) struct TreeRow {
     pub(crate) gap: DVec3,
     pub(crate) drift: DVec3,
     /// Impulse of each row, and their total on the child [N s].
-    pub(crate) lambda: Six,
+    pub(crate) lambda: Vec6,
     pub(crate) impulse: DVec3,
     /// Six-axis joints only.
-    pub(crate) six: SixRow,
+    pub(crate) six_dof: SixDofRow,
     /// Jacobian rows; rows of drives and limits follow the active ones.
     pub(crate) child: Jacobian,
     pub(crate) parent: Jacobian,
     /// Factor of the joint's matrix with inverse diagonal; the rows through the child's factor; and
     /// the rows through the joint's factor, at the body into which the joint is eliminated.
-    pub(crate) k: [Six; 6],
+    pub(crate) k: [Vec6; 6],
     pub(crate) y: Jacobian,
     pub(crate) w: Jacobian,
     /// Right side, then impulses.
-    pub(crate) rhs: Six,
+    pub(crate) rhs: Vec6,
     /// Maximum speeds at which its translations and rotations close in this sweep [m/s; rad/s].
     pub(crate) closing: [f64; 2],
 }
@@ -208,7 +208,7 @@ impl TreeRow {
 
     /// Reduces the right side by the contribution of the body below.
     #[inline(always)]
-    pub(crate) fn reduce(&mut self, below: Option<&Six>, n: usize) {
+    pub(crate) fn reduce(&mut self, below: Option<&Vec6>, n: usize) {
         if let Some(x) = below {
             for r in 0..n {
                 self.rhs[r] -= dot(&self.y[r], x);
@@ -220,7 +220,7 @@ impl TreeRow {
     /// Computes the impulse of each row, from its rows on the body into which it was eliminated and
     /// that body's velocity change.
     #[inline(always)]
-    pub(crate) fn solve(&mut self, is_world: bool, x: &Six, n: usize) {
+    pub(crate) fn solve(&mut self, is_world: bool, x: &Vec6, n: usize) {
         let rows = if is_world { &self.child } else { &self.parent };
         let mut b = [0.0; 6];
         for i in 0..n {

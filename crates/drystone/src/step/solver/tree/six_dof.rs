@@ -16,11 +16,11 @@ use super::rows::{TreeBody, TreeRow, TreeSweep};
 use crate::base::double::{DVec3, greater};
 use crate::base::simd::wide::{LANES, Lanes, put, splat};
 use crate::state::bodies::NONE;
-use crate::step::solver::joint::six_dof::block::SixBlock;
+use crate::step::solver::joint::six_dof::block::SixDofBlock;
 use crate::step::solver::joint::six_dof::placed::{AxisState, act};
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::forest::{Tree, TreeJoint};
-use crate::step::solver::vec6::{Six, curve, dot, halves, mul, shift};
+use crate::step::solver::vec6::{Vec6, curve, dot, halves, mul, shift};
 
 /// Maximum rounds over the drives and limits of a tree in a sweep; they start from the impulses of
 /// the last sweep.
@@ -65,12 +65,12 @@ impl<'a> Side<'a> {
     }
 
     /// The row of a translation along `u` at the lever arm `r`, and of a rotation about `n`.
-    fn along(&self, sign: f64, u: DVec3, r: DVec3) -> Six {
+    fn along(&self, sign: f64, u: DVec3, r: DVec3) -> Vec6 {
         let (v, w) = (u * (sign * self.body.alpha), mul(&self.body.s, r.cross(u)) * sign);
         [v.x, v.y, v.z, w.x, w.y, w.z]
     }
 
-    fn about(&self, sign: f64, n: DVec3) -> Six {
+    fn about(&self, sign: f64, n: DVec3) -> Vec6 {
         let w = mul(&self.body.s, n) * sign;
         [0.0, 0.0, 0.0, w.x, w.y, w.z]
     }
@@ -103,22 +103,22 @@ impl Solver<'_> {
     }
 
     /// Prepares the rows of a six-axis joint, with the impulses of the last step.
-    pub(crate) fn prepare_tree_six(&self, tree: &TreeJoint, row: &mut TreeRow, ease: f64) {
+    pub(crate) fn prepare_tree_six_dof(&self, tree: &TreeJoint, row: &mut TreeRow, ease: f64) {
         *row = TreeRow::default();
-        row.six.ease = ease;
-        self.form_six(tree, row, None, 0.0);
-        let (block, lane) = self.six_of(tree);
+        row.six_dof.ease = ease;
+        self.form_six_dof(tree, row, None, 0.0);
+        let (block, lane) = self.six_dof_of(tree);
         for i in 0..row.all() {
-            let axis = row.six.axes[i];
+            let axis = row.six_dof.axes[i];
             let acting = [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane]);
-            row.six.acting[axis] = acting;
+            row.six_dof.acting[axis] = acting;
             row.lambda[i] = whole(acting);
         }
-        row.note_six(tree.is_child_a);
+        row.note_six_dof(tree.is_child_a);
     }
 
-    fn six_of(&self, tree: &TreeJoint) -> (&SixBlock, usize) {
-        (self.joint.six.read(tree.six as usize / LANES), tree.six as usize % LANES)
+    fn six_dof_of(&self, tree: &TreeJoint) -> (&SixDofBlock, usize) {
+        (self.joint.six_dof.read(tree.six_dof as usize / LANES), tree.six_dof as usize % LANES)
     }
 
     /// Applies the impulses of drives and limits in the last substep to the bodies.
@@ -165,7 +165,7 @@ impl Solver<'_> {
         joint: &TreeJoint,
         row: &TreeRow,
         k: usize,
-        of: impl Fn(&TreeBody) -> &Six,
+        of: impl Fn(&TreeBody) -> &Vec6,
     ) -> f64 {
         let mut rate = dot(&row.child[k], of(self.tree.bodies.read(joint.child as usize)));
         if joint.parent != NONE {
@@ -192,10 +192,11 @@ impl Solver<'_> {
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree.rows.row(i);
             for k in row.count..row.all() {
-                row.six.start[k] = row.six.speed[k] + self.rate(joint, row, k, |body| &body.start);
-                row.six.speed[k] += self.rate(joint, row, k, |body| &body.u)
+                row.six_dof.start[k] =
+                    row.six_dof.speed[k] + self.rate(joint, row, k, |body| &body.start);
+                row.six_dof.speed[k] += self.rate(joint, row, k, |body| &body.u)
                     + self.rate(joint, row, k, |body| &body.sum);
-                row.six.given[k] = -row.lambda[k];
+                row.six_dof.given[k] = -row.lambda[k];
             }
         }
         let gains = self.tree.gains.slice(tree.gains.clone());
@@ -208,8 +209,8 @@ impl Solver<'_> {
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree.rows.row(i);
             for k in row.count..row.all() {
-                row.six.given[k] += row.lambda[k];
-                self.push_row(joint, row, k, row.six.given[k]);
+                row.six_dof.given[k] += row.lambda[k];
+                self.push_row(joint, row, k, row.six_dof.given[k]);
             }
         }
         self.respond(tree);
@@ -274,7 +275,7 @@ impl Solver<'_> {
                 for (i, _) in self.tree_joints(tree) {
                     let row = self.tree.rows.row(i);
                     for k in row.count..row.all() {
-                        row.six.speed[k] += gains[to] * given;
+                        row.six_dof.speed[k] += gains[to] * given;
                         to += 1;
                     }
                 }
@@ -296,10 +297,11 @@ impl Solver<'_> {
         // For a rotation that the tree excludes completely, the remainder is rounding error.
         let own = dot(&row.child[k], &row.child[k]) + dot(&row.parent[k], &row.parent[k]);
         let give = if give > own * 1.0e-9 { give } else { 0.0 };
-        let axis = row.six.axes[k];
-        let old = row.six.acting[axis];
-        let felt = [give, row.six.place[k], row.six.speed[k], row.six.start[k]].map(|x| x as f32);
-        let (block, lane) = self.six_of(joint);
+        let axis = row.six_dof.axes[k];
+        let old = row.six_dof.acting[axis];
+        let felt = [give, row.six_dof.place[k], row.six_dof.speed[k], row.six_dof.start[k]]
+            .map(|x| x as f32);
+        let (block, lane) = self.six_dof_of(joint);
         let new = dispatch!(self.ctx.level, simd => {
             let [k, x, v, start] = felt;
             let felt = AxisState {
@@ -315,7 +317,7 @@ impl Solver<'_> {
                 lanes[lane]
             })
         });
-        row.six.acting[axis] = new;
+        row.six_dof.acting[axis] = new;
         let given = whole(new) - row.lambda[k];
         row.lambda[k] = whole(new);
         given
@@ -323,7 +325,7 @@ impl Solver<'_> {
 
     /// Builds a joint's rows, matrix and right side, and the stiffness that it adds to its bodies.
     /// Without a sweep, builds the rows alone, at the step's start.
-    pub(crate) fn form_six(
+    pub(crate) fn form_six_dof(
         &self,
         joint: &TreeJoint,
         row: &mut TreeRow,
@@ -345,7 +347,7 @@ impl Solver<'_> {
             parent = body;
         }
         let (a, b) = if joint.is_child_a { (&*child, parent) } else { (parent, &*child) };
-        let (block, lane) = self.six_of(joint);
+        let (block, lane) = self.six_dof_of(joint);
         let elapsed = sweep.map_or(0.0, |sweep| sweep.elapsed);
         let now = Now::new(block, lane, [a, b], elapsed);
         (row.r_child, row.r_parent) =
@@ -356,17 +358,18 @@ impl Solver<'_> {
         row.k = [[0.0; 6]; 6];
         row.closing = [0.0; 2];
         for i in 0..row.count {
-            let axis = row.six.axes[i];
-            let x = row.six.place[i] - f64::from(block.place[axis][lane]);
-            let speed =
-                row.six.speed[i] + dot(&row.child[i], &child.u) + dot(&row.parent[i], &parent.u);
+            let axis = row.six_dof.axes[i];
+            let x = row.six_dof.place[i] - f64::from(block.place[axis][lane]);
+            let speed = row.six_dof.speed[i]
+                + dot(&row.child[i], &child.u)
+                + dot(&row.parent[i], &parent.u);
             let is_motion = axis < 3;
             let fastest =
                 if is_motion { sweep.push_speed } else { f64::from(sweep.joints.caps.push(axis)) };
             let rate = sweep.closing_rate(greater(x, -x), fastest, axis);
             row.closing[axis / 3] = greater((x * rate).abs(), row.closing[axis / 3]);
             row.rhs[i] = -(speed + x * rate);
-            row.k[i][i] = if is_motion { compliance } else { compliance * row.six.ease };
+            row.k[i][i] = if is_motion { compliance } else { compliance * row.six_dof.ease };
         }
     }
 }
@@ -384,7 +387,7 @@ struct Now<'a> {
 }
 
 impl<'a> Now<'a> {
-    fn new(block: &SixBlock, lane: usize, [a, b]: [&'a TreeBody; 2], elapsed: f64) -> Self {
+    fn new(block: &SixDofBlock, lane: usize, [a, b]: [&'a TreeBody; 2], elapsed: f64) -> Self {
         let a = Side::new(a, vector(&block.r_a, lane), vector(&block.spin_a, lane), elapsed);
         let b = Side::new(b, vector(&block.r_b, lane), vector(&block.spin_b, lane), elapsed);
         let drift = vector(&block.drift, lane);
@@ -410,7 +413,7 @@ impl<'a> Now<'a> {
     /// Builds the rows of locked axes, then the rows of driven or limited axes.
     fn form(
         &self,
-        block: &SixBlock,
+        block: &SixDofBlock,
         lane: usize,
         is_child_a: bool,
         bend: DVec3,
@@ -430,67 +433,68 @@ impl<'a> Now<'a> {
                 let now = start + shift(a.turn, start);
                 let (on_a, on_b) = if is_motion {
                     let drift = if is_locked { self.drift + bend } else { self.drift };
-                    row.six.place[n] = now.dot(self.gap);
-                    row.six.speed[n] = now.dot(drift);
+                    row.six_dof.place[n] = now.dot(self.gap);
+                    row.six_dof.speed[n] = now.dot(drift);
                     (a.along(-1.0, now, self.arm_a), b.along(1.0, now, self.arm_b))
                 } else {
-                    row.six.place[n] = f64::from(block.angles[i][lane]) + start.dot(self.turn);
-                    row.six.speed[n] = now.dot(b.spin - a.spin);
+                    row.six_dof.place[n] = f64::from(block.angles[i][lane]) + start.dot(self.turn);
+                    row.six_dof.speed[n] = now.dot(b.spin - a.spin);
                     (a.about(-1.0, now), b.about(1.0, now))
                 };
                 (row.child[n], row.parent[n]) =
                     if is_child_a { (on_a, on_b) } else { (on_b, on_a) };
-                (row.six.axes[n], row.six.along[n]) = (axis, now);
+                (row.six_dof.axes[n], row.six_dof.along[n]) = (axis, now);
                 n += 1;
             }
             if wants_locked {
                 row.count = n;
             }
         }
-        row.six.scalars = n - row.count;
+        row.six_dof.scalars = n - row.count;
     }
 }
 
 impl TreeRow {
     /// Number of rows including drives and limits.
     pub(crate) fn all(&self) -> usize {
-        self.count + self.six.scalars
+        self.count + self.six_dof.scalars
     }
 
     /// Stores the total force and torque of the rows' impulses.
-    pub(crate) fn note_six(&mut self, is_child_a: bool) {
+    pub(crate) fn note_six_dof(&mut self, is_child_a: bool) {
         let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         for i in 0..self.all() {
-            let p = self.six.along[i] * self.lambda[i];
-            if self.six.axes[i] < 3 {
+            let p = self.six_dof.along[i] * self.lambda[i];
+            if self.six_dof.axes[i] < 3 {
                 force = force + p;
             } else {
                 torque = torque + p;
             }
         }
-        (self.six.force, self.six.torque) = (force, torque);
+        (self.six_dof.force, self.six_dof.torque) = (force, torque);
         self.impulse = if is_child_a { -force } else { force };
     }
 
     /// Writes the total force and torque to a block and lane.
-    pub(crate) fn put_six(&self, block: &mut SixBlock, place: u32) {
+    pub(crate) fn put_six_dof(&self, block: &mut SixDofBlock, place: u32) {
         let lane = place as usize % LANES;
-        put(&mut block.carried, lane, self.six.force.single());
-        put(&mut block.torque, lane, self.six.torque.single());
+        put(&mut block.carried, lane, self.six_dof.force.single());
+        put(&mut block.torque, lane, self.six_dof.torque.single());
     }
 
     /// Writes the impulses to the block and lane of a six-axis joint.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
-    pub(crate) fn store_six(&self, block: &mut SixBlock, place: u32) {
-        let (six, lane) = (&self.six, place as usize % LANES);
+    pub(crate) fn store_six_dof(&self, block: &mut SixDofBlock, place: u32) {
+        let (six_dof, lane) = (&self.six_dof, place as usize % LANES);
         for i in 0..self.all() {
-            let axis = six.axes[i];
+            let axis = six_dof.axes[i];
             let is_held = i < self.count;
-            let acting = if is_held { [self.lambda[i] as f32, 0.0, 0.0] } else { six.acting[axis] };
+            let acting =
+                if is_held { [self.lambda[i] as f32, 0.0, 0.0] } else { six_dof.acting[axis] };
             block.held[axis][lane] = acting[0];
             block.friction[axis][lane] = acting[1];
             block.limit[axis][lane] = acting[2];
         }
-        self.put_six(block, place);
+        self.put_six_dof(block, place);
     }
 }

@@ -36,7 +36,7 @@ use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::forest::{Tree, TreeJoint};
 use crate::step::solver::plan::group::Group;
 use crate::step::solver::vec6::{
-    Six, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
+    Vec6, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
 };
 
 /// Factor on the compliance in a relax sweep.
@@ -86,13 +86,13 @@ impl Solver<'_> {
                 };
             }
             // Ball joints lock no rotation.
-            let has_six = self.tree_joints(tree).any(|(_, joint)| joint.six != NONE);
-            let ease = if has_six { self.turn_ease(tree) } else { 0.0 };
+            let has_six_dof = self.tree_joints(tree).any(|(_, joint)| joint.six_dof != NONE);
+            let ease = if has_six_dof { self.turn_ease(tree) } else { 0.0 };
             for (i, joint) in self.tree_joints(tree) {
-                if joint.six == NONE {
+                if joint.six_dof == NONE {
                     self.prepare_tree_joint(joint, i);
                 } else {
-                    self.prepare_tree_six(joint, self.tree.rows.row(i), ease);
+                    self.prepare_tree_six_dof(joint, self.tree.rows.row(i), ease);
                 }
             }
             self.warm_start(tree);
@@ -213,10 +213,10 @@ impl Solver<'_> {
         let compliance = sweep.compliance * tree.slack / mass;
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree.rows.row(i);
-            if joint.six == NONE {
+            if joint.six_dof == NONE {
                 self.form_rows(joint, row, sweep, compliance);
             } else {
-                self.form_six(joint, row, Some(sweep), compliance);
+                self.form_six_dof(joint, row, Some(sweep), compliance);
             }
         }
         for i in tree.bodies.clone() {
@@ -237,11 +237,11 @@ impl Solver<'_> {
         self.solve_scalars(tree, sweep);
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree.rows.row(i);
-            if joint.six == NONE {
+            if joint.six_dof == NONE {
                 let [x, y, z, ..] = row.lambda;
                 row.impulse = DVec3 { x, y, z };
             } else {
-                row.note_six(joint.is_child_a);
+                row.note_six_dof(joint.is_child_a);
             }
         }
         for i in tree.bodies.clone() {
@@ -260,7 +260,7 @@ impl Solver<'_> {
     pub(crate) fn restrain_tree(&self, tree: &Tree, part: f64) {
         // NaN stays NaN under multiplication, so a factor of 0 needs its own case.
         let is_some = part > 0.0;
-        let taken = |six: &Six| if is_some { six.map(|p| p * part) } else { [0.0; 6] };
+        let taken = |six_dof: &Vec6| if is_some { six_dof.map(|p| p * part) } else { [0.0; 6] };
         for i in tree.bodies.clone() {
             let body = self.tree.bodies.row(i);
             body.carried = taken(&body.carried);
@@ -269,7 +269,7 @@ impl Solver<'_> {
             let row = self.tree.rows.row(i);
             row.lambda = taken(&row.lambda);
             row.impulse = if is_some { row.impulse * part } else { DVec3::ZERO };
-            row.six.restrain(part);
+            row.six_dof.restrain(part);
         }
     }
 
@@ -387,8 +387,11 @@ impl Solver<'_> {
             for (i, joint) in self.tree_joints(tree) {
                 let Some(to) = self.joint_slots.row(joint.row as usize) else { continue };
                 let row = self.tree.rows.read(i);
-                if joint.six != NONE {
-                    row.store_six(self.joint.six.row(joint.six as usize / LANES), joint.six);
+                if joint.six_dof != NONE {
+                    row.store_six_dof(
+                        self.joint.six_dof.row(joint.six_dof as usize / LANES),
+                        joint.six_dof,
+                    );
                 } else {
                     let impulse = (row.impulse.single() * self.ctx.store_scale()).bounded();
                     to.impulse = if joint.is_child_a { -impulse } else { impulse };

@@ -14,7 +14,7 @@ use crate::state::def::config::WorldConfig;
 use crate::state::def::material::{Filter, Material, SurfaceRule};
 use crate::state::def::particle_def::{LinkDef, ParticleDef};
 use crate::state::def::reports::{ContactReports, Senses};
-use crate::state::def::sixdof::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
+use crate::state::def::six_dof::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
 use crate::state::def::{
     AxisLocks, BodyDef, BodyKind, BondStrength, Fracture, JointDef, JointKind, JointStrength,
     MassDef, Pulley, ShapeDef, Spring,

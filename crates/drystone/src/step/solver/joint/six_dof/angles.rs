@@ -1,4 +1,4 @@
-//! Computes the joint angles of eight six-axis joints, as [`crate::state::six`] does for one.
+//! Computes the joint angles of eight six-axis joints, as [`crate::state::six_dof`] does for one.
 
 use fearless_simd::{Simd, SimdFloat};
 
@@ -6,7 +6,7 @@ use crate::base::simd::wide::{
     LANES, Mask, Vec3w, Wide, above, gather4, inverse_or_zero, max, select, splat, sqrt,
 };
 use crate::base::simd::wide_quat::{Quatw, atan2};
-use crate::state::six::{MIN_TWIST, NO_SWING, SixLaws};
+use crate::state::six_dof::{MIN_TWIST, NO_SWING, SixDofLaws};
 
 /// Rotation axes, angles, and the direction of the swing.
 pub(crate) struct Angles<S: Simd> {
@@ -51,7 +51,7 @@ impl<S: Simd> Angles<S> {
     #[inline(always)]
     pub(crate) fn new(
         simd: S,
-        laws: &[&SixLaws; LANES],
+        laws: &[&SixDofLaws; LANES],
         turnings: u8,
         [frame_a, frame_b]: [Quatw<S>; 2],
         a: [Vec3w<S>; 3],
@@ -69,13 +69,13 @@ impl<S: Simd> Angles<S> {
         let [x, y, z, kind] = gather4(simd, of);
         let mark = Vec3w { x, y, z };
         // Each of the kinds 1, 2 and 4 overwrites the ones before.
-        if turnings & SixLaws::HINGE != 0 {
+        if turnings & SixDofLaws::HINGE != 0 {
             turns.hinge(simd, &at, above(kind, splat(simd, 0.5)), mark, last);
         }
-        if turnings & SixLaws::UNIVERSAL != 0 {
+        if turnings & SixDofLaws::UNIVERSAL != 0 {
             turns.universal(simd, &at, above(kind, splat(simd, 1.5)), mark);
         }
-        if turnings & SixLaws::SWING != 0 {
+        if turnings & SixDofLaws::SWING != 0 {
             turns.swing(simd, &at, above(kind, splat(simd, 3.0)), laws);
         }
         turns
@@ -140,7 +140,7 @@ impl<S: Simd> Angles<S> {
 
     /// A twist about x and a swing; its direction is computed where there is a cone.
     #[inline(always)]
-    fn swing(&mut self, simd: S, at: &Frames<S>, mask: Mask<S>, laws: &[&SixLaws; LANES]) {
+    fn swing(&mut self, simd: S, at: &Frames<S>, mask: Mask<S>, laws: &[&SixDofLaws; LANES]) {
         let (zero, one, two) = (splat(simd, 0.0), splat(simd, 1.0), splat(simd, 2.0));
         let Quatw { u, w } = at.q;
         let r = sqrt(w * w + u.x * u.x);
@@ -184,15 +184,15 @@ impl<S: Simd> Angles<S> {
 mod tests {
     use fearless_simd::{SimdBase, dispatch};
 
-    use super::{Angles, LANES, Quatw, SixLaws, Wide};
+    use super::{Angles, LANES, Quatw, SixDofLaws, Wide};
     use crate::base::math::vec3;
     use crate::base::quat::Quat;
     use crate::base::random::Random;
     use crate::base::simd::wide::{SimdLevel, at};
     use crate::base::trig;
     use crate::state::def::named::ConeTwist;
-    use crate::state::def::sixdof::{JointAxis, SixDof};
-    use crate::state::six::{self, Turning};
+    use crate::state::def::six_dof::{JointAxis, SixDof};
+    use crate::state::six_dof::{self, Turning};
 
     /// Joints of every kind of rotation.
     fn kinds() -> Vec<SixDof> {
@@ -227,7 +227,7 @@ mod tests {
             let frames: [Quat; LANES] = core::array::from_fn(|_| turn(3.0));
             let others = frames.map(|frame| frame * turn(size));
             let last = [4.0, -7.0, 13.0];
-            let laws = defs.map(|def| SixLaws::new(&def));
+            let laws = defs.map(|def| SixDofLaws::new(&def));
             let turnings = laws.iter().fold(0, |all, laws| all | laws.flags.turnings);
             for SimdLevel(level) in SimdLevel::available() {
                 let mut rows = [[[0.0; LANES]; 3]; 3];
@@ -254,7 +254,7 @@ mod tests {
                 });
                 for lane in 0..LANES {
                     let one = defs[lane].turns(frames[lane], others[lane], last);
-                    let got = six::Turns {
+                    let got = six_dof::Turns {
                         rows: [0, 1, 2].map(|i| at(&rows[i], lane)),
                         angles: [0, 1, 2].map(|i| angles[i][lane]),
                         swing: [0, 1].map(|i| swing[i][lane]),
@@ -267,7 +267,7 @@ mod tests {
 
     /// Conditioning of a joint's angles. Universal joint: the sine of the angle between its two
     /// axes. Swing: the sines of half the swing and of its distance to opposite axes.
-    fn sharpness(def: &SixDof, turns: &six::Turns) -> f32 {
+    fn sharpness(def: &SixDof, turns: &six_dof::Turns) -> f32 {
         match def.turning() {
             Turning::Still | Turning::Hinge(_) => 1.0,
             Turning::Universal(k) => (1.0 - turns.angles[k] * turns.angles[k]).max(0.0).sqrt(),
@@ -281,7 +281,7 @@ mod tests {
 
     /// Products of two and three unit quaternions have rounding errors of 1e-7 per product, and
     /// twice that as angles.
-    fn same(one: &six::Turns, got: &six::Turns, def: &SixDof) {
+    fn same(one: &six_dof::Turns, got: &six_dof::Turns, def: &SixDof) {
         let longest = one.rows.iter().map(|row| row.length()).fold(1.0, f32::max);
         let allowed = 2.0e-6 * longest * longest / sharpness(def, one).max(1.0e-6);
         let near = |a: f32, b: f32| {

@@ -30,7 +30,7 @@ pub(crate) struct Axis {
 /// Eight six-axis joints.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
-pub(crate) struct SixBlock {
+pub(crate) struct SixDofBlock {
     pub(crate) row_a: [u32; LANES],
     pub(crate) row_b: [u32; LANES],
     pub(crate) alpha: Lanes,
@@ -79,7 +79,7 @@ pub(crate) struct SixBlock {
     pub(crate) axes: [Axis; 6],
 }
 
-impl SixBlock {
+impl SixDofBlock {
     /// True if a drive, friction or limit acts on the axis in one of the joints. (The data of an
     /// axis is filled only if something acts on a translation, or on a rotation.)
     #[inline(always)]

@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 
 use crate::base::simd::wide::{Lanes, Wide, above, load, max, min, select, splat};
-use crate::state::six::STIFF;
+use crate::state::six_dof::STIFF;
 
 /// Damping above this makes a damper a motor, which holds its speed under any load [N s/m; N m
 /// s/rad].

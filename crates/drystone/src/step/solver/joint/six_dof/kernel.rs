@@ -26,7 +26,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::block::SixBlock;
+use super::block::SixDofBlock;
 use super::kernel_anchored;
 use super::locked_axes::{LockedAxes, Pair, Row};
 use super::placed::{AxisState, LockedImpulses, Placed, act};
@@ -47,7 +47,7 @@ struct State<S: Simd> {
 }
 
 #[inline(always)]
-fn state_of<S: Simd>(simd: S, block: &SixBlock, at: &Placed<S>, sweep: &JointSweep) -> State<S> {
+fn state_of<S: Simd>(simd: S, block: &SixDofBlock, at: &Placed<S>, sweep: &JointSweep) -> State<S> {
     let u0 = Vec3w::load3(simd, &block.u);
     let (arms, roots) = ([at.arm_a, at.arm_b], [&at.sa, &at.sb]);
     // No loops: arrays indexed in a loop were kept in memory and copied from there.
@@ -97,7 +97,7 @@ fn state_of<S: Simd>(simd: S, block: &SixBlock, at: &Placed<S>, sweep: &JointSwe
 #[inline(always)]
 pub(crate) fn solve<S: Simd>(
     simd: S,
-    block: &mut SixBlock,
+    block: &mut SixDofBlock,
     (solver_bodies, aux): (&Rows<'_, SolverBody>, &Rows<'_, Aux>),
     sweep: &JointSweep,
 ) {
@@ -142,7 +142,7 @@ pub(crate) fn solve<S: Simd>(
 #[inline(always)]
 fn solve_loose<S: Simd, const TURNS: bool>(
     simd: S,
-    block: &mut SixBlock,
+    block: &mut SixDofBlock,
     at: &Placed<S>,
     sweep: &JointSweep,
 ) -> LockedImpulses<S> {
@@ -203,7 +203,7 @@ impl<S: Simd> State<S> {
 #[inline(always)]
 fn solve_axes<S: Simd, const TURNS: bool>(
     simd: S,
-    block: &mut SixBlock,
+    block: &mut SixDofBlock,
     (state, start): (&mut State<S>, [&Velocity<S>; 2]),
     sweep: &JointSweep,
 ) {

@@ -16,7 +16,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::block::SixBlock;
+use super::block::SixDofBlock;
 use super::locked_axes::{Row, couplings, inverse, less, matrix};
 use super::placed::{AxisState, LockedImpulses, Placed, act};
 use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat};
@@ -138,7 +138,7 @@ impl<S: Simd> Responses<S> {
 #[inline(always)]
 pub(crate) fn solve<S: Simd, const TURNS: bool>(
     simd: S,
-    block: &mut SixBlock,
+    block: &mut SixDofBlock,
     at: &Placed<S>,
     sweep: &JointSweep,
 ) -> LockedImpulses<S> {

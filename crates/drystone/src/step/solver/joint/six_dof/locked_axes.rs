@@ -3,7 +3,7 @@
 
 use fearless_simd::Simd;
 
-use super::block::SixBlock;
+use super::block::SixDofBlock;
 use crate::base::simd::wide::{
     Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
@@ -300,7 +300,7 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
     pub(crate) fn solve(
         &self,
         simd: S,
-        block: &SixBlock,
+        block: &SixDofBlock,
         q: &mut Pair<S>,
         x: &[Wide<S>; 6],
         loads: &[Wide<S>; 6],

@@ -3,7 +3,7 @@
 
 use fearless_simd::Simd;
 
-use super::block::SixBlock;
+use super::block::SixDofBlock;
 use super::drive::Law;
 use super::locked_axes::Row;
 use crate::base::simd::wide::{
@@ -31,7 +31,7 @@ pub(crate) struct AxisState<S: Simd> {
 #[inline(always)]
 pub(crate) fn act<S: Simd>(
     simd: S,
-    block: &SixBlock,
+    block: &SixDofBlock,
     axis: usize,
     [old, old_friction, old_limit]: [Wide<S>; 3],
     felt: AxisState<S>,
@@ -120,7 +120,7 @@ impl<S: Simd> Placed<S> {
     #[inline(always)]
     pub(crate) fn read(
         simd: S,
-        block: &SixBlock,
+        block: &SixDofBlock,
         (solver_bodies, aux): (&ReadRows<'_, SolverBody>, &ReadRows<'_, Aux>),
         sweep: &JointSweep,
     ) -> Self {
@@ -170,7 +170,7 @@ impl<S: Simd> Placed<S> {
 
     /// The row of a rotation, and its angle.
     #[inline(always)]
-    pub(crate) fn about(&self, simd: S, block: &SixBlock, i: usize) -> (Row<S>, Wide<S>) {
+    pub(crate) fn about(&self, simd: S, block: &SixDofBlock, i: usize) -> (Row<S>, Wide<S>) {
         let n = Vec3w::load(simd, &block.n[i]);
         let row = Row::about(self.to_a.apply(n), [&self.sa, &self.sb]);
         (row, load(simd, &block.angles[i]) + n.dot(self.turn))

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::angles::Angles;
-use super::block::SixBlock;
+use super::block::SixDofBlock;
 use super::kernel;
 use crate::base::simd::wide::{
     LANES, Vec3w, Wide, above, bounded, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
@@ -12,7 +12,7 @@ use crate::base::simd::wide_quat::Quatw;
 use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
-use crate::state::six::{FAR, Flags, SixLaws, SixState};
+use crate::state::six_dof::{FAR, Flags, SixDofLaws, SixDofState};
 use crate::step::solver::joint::prepare::Raw;
 use crate::step::solver::joint::sweep::JointSweep;
 use crate::step::solver::lent::Solver;
@@ -23,19 +23,19 @@ use crate::step::solver_body::{
 };
 
 /// Content of an idle lane.
-static IDLE: (SixLaws, SixState) = (SixLaws::IDLE, SixState::IDLE);
+static IDLE: (SixDofLaws, SixDofState) = (SixDofLaws::IDLE, SixDofState::IDLE);
 
 /// Identity rotation.
 const UNTURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// Rows of four numbers in a joint's stored state.
-const ROWS: usize = size_of::<SixState>() / size_of::<[f32; 4]>();
+const ROWS: usize = size_of::<SixDofState>() / size_of::<[f32; 4]>();
 
 /// Eight joints as stored in the tables.
 struct Gathered<'a> {
     raw: Raw,
-    laws: [&'a SixLaws; LANES],
-    states: [&'a SixState; LANES],
+    laws: [&'a SixDofLaws; LANES],
+    states: [&'a SixDofState; LANES],
     frames: [[&'a [f32; 4]; LANES]; 2],
     flags: Flags,
     /// Velocities and angular velocities of kinematic bodies, if there are any.
@@ -43,33 +43,33 @@ struct Gathered<'a> {
 }
 
 impl Solver<'_> {
-    pub(crate) fn prepare_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
-        self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 8, |batch, blocks| {
+    pub(crate) fn prepare_six_dof(&self, group: &Group, jobs: &Jobs<'_>) {
+        self.plan.six_dof.for_blocks(&group.six_dof, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks.clone() {
-                    self.ask_for_sixdofs(i, blocks.end);
+                    self.ask_for_six_dof(i, blocks.end);
                     self.pack_block(simd, i, batch.class);
                 }
             });
         });
     }
 
-    pub(crate) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {
-        self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 4, |batch, blocks| {
+    pub(crate) fn sweep_six_dof(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {
+        self.plan.six_dof.for_blocks(&group.six_dof, jobs, 4, |batch, blocks| {
             if batch.class & SIX_DIRECT != 0 {
                 // Trees solve these.
                 return;
             }
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    kernel::solve(simd, self.joint.six.row(i), (&self.body.solver_bodies, &self.body.aux), sweep);
+                    kernel::solve(simd, self.joint.six_dof.row(i), (&self.body.solver_bodies, &self.body.aux), sweep);
                 }
             });
         });
     }
 
-    pub(crate) fn store_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
-        let blocks = self.plan.sixdofs.blocks_of(&group.sixdofs);
+    pub(crate) fn store_six_dof(&self, group: &Group, jobs: &Jobs<'_>) {
+        let blocks = self.plan.six_dof.blocks_of(&group.six_dof);
         let n = blocks.len();
         for_shares(jobs, n, 32, |part| {
             dispatch!(self.ctx.level, simd => {
@@ -83,13 +83,13 @@ impl Solver<'_> {
     /// Builds a block of this class and applies its impulses to the solver bodies.
     #[inline(always)]
     fn pack_block<S: Simd>(&self, simd: S, block: usize, class: u8) {
-        let owners = &self.plan.sixdofs.owners[block];
-        let block = self.joint.six.row(block);
+        let owners = &self.plan.six_dof.owners[block];
+        let block = self.joint.six_dof.row(block);
         block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
         block.acts = SIX_ACTS.map(|bit| class & bit != 0);
         block.is_direct = class & SIX_DIRECT != 0;
         block.is_anchored = class & SIX_ANCHORED != 0;
-        let joints = self.read_sixdofs(owners, block);
+        let joints = self.read_six_dof(owners, block);
         let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.body.whitening, &block.row_a));
         let (beta, sb) = Whitening::gather(simd, read_lanes(&self.body.whitening, &block.row_b));
         alpha.store_array(&mut block.alpha);
@@ -126,15 +126,15 @@ impl Solver<'_> {
     /// Prefetches the joints of the block after the next one, and the data behind the joints of the
     /// next one. Stops at the last own block, because others may be written meanwhile.
     #[inline(always)]
-    fn ask_for_sixdofs(&self, block: usize, end: usize) {
-        self.prefetch_joints(&self.plan.sixdofs, block + 2);
-        let next = self.plan.sixdofs.owners[..end].get(block + 1);
+    fn ask_for_six_dof(&self, block: usize, end: usize) {
+        self.prefetch_joints(&self.plan.six_dof, block + 2);
+        let next = self.plan.six_dof.owners[..end].get(block + 1);
         for owner in next.into_iter().flatten() {
-            if let Some(Joint { link: Link::Six(six), .. }) = self.joint(*owner) {
-                prefetch(&six.laws);
-                prefetch(&six.state);
-                prefetch(&six.def.frame_a);
-                prefetch(&six.def.frame_b);
+            if let Some(Joint { link: Link::SixDof(six_dof), .. }) = self.joint(*owner) {
+                prefetch(&six_dof.laws);
+                prefetch(&six_dof.state);
+                prefetch(&six_dof.def.frame_a);
+                prefetch(&six_dof.def.frame_b);
             }
         }
     }
@@ -142,7 +142,7 @@ impl Solver<'_> {
     /// Reads the joints of a block, their bodies and solver bodies; lanes without a joint stay
     /// idle.
     #[inline(always)]
-    fn read_sixdofs(&self, owners: &[u32; LANES], block: &mut SixBlock) -> Gathered<'_> {
+    fn read_six_dof(&self, owners: &[u32; LANES], block: &mut SixDofBlock) -> Gathered<'_> {
         let mut joints = Gathered {
             raw: Raw::default(),
             laws: [&IDLE.0; LANES],
@@ -154,13 +154,13 @@ impl Solver<'_> {
         (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
         for (lane, row) in owners.iter().enumerate() {
             if let Some(joint) = self.joint(*row)
-                && let Link::Six(six) = &joint.link
+                && let Link::SixDof(six_dof) = &joint.link
             {
-                joints.laws[lane] = &six.laws;
-                joints.states[lane] = &six.state;
-                joints.frames[0][lane] = bytemuck::cast_ref(&six.def.frame_a);
-                joints.frames[1][lane] = bytemuck::cast_ref(&six.def.frame_b);
-                joints.flags |= six.laws.flags;
+                joints.laws[lane] = &six_dof.laws;
+                joints.states[lane] = &six_dof.state;
+                joints.frames[0][lane] = bytemuck::cast_ref(&six_dof.def.frame_a);
+                joints.frames[1][lane] = bytemuck::cast_ref(&six_dof.def.frame_b);
+                joints.flags |= six_dof.laws.flags;
                 joints.raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
                 joints.raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
                 let solver_rows =
@@ -194,8 +194,8 @@ impl Solver<'_> {
     /// Writes the impulses of a block back.
     #[inline(always)]
     fn store_block<S: Simd>(&self, simd: S, block: usize) {
-        let owners = &self.plan.sixdofs.owners[block];
-        let block = self.joint.six.read(block);
+        let owners = &self.plan.six_dof.owners[block];
+        let block = self.joint.six_dof.read(block);
         let scale = splat(simd, self.ctx.store_scale());
         let mut columns = [splat(simd, 0.0); 4 * ROWS];
         for i in 0..6 {
@@ -229,9 +229,9 @@ impl Solver<'_> {
         for (row, state) in owners.iter().zip(states) {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.row(*row as usize)
-                && let Link::Six(six) = &mut joint.link
+                && let Link::SixDof(six_dof) = &mut joint.link
             {
-                six.state = bytemuck::cast(state);
+                six_dof.state = bytemuck::cast(state);
             }
         }
     }
@@ -239,7 +239,7 @@ impl Solver<'_> {
 
 impl Gathered<'_> {
     #[inline(always)]
-    fn put_velocities<S: Simd>(&self, simd: S, block: &mut SixBlock) {
+    fn put_velocities<S: Simd>(&self, simd: S, block: &mut SixDofBlock) {
         let (mut drift, mut spins) = (Vec3w::zero(simd), [Vec3w::zero(simd); 2]);
         if let Some([v, [a, b]]) = &self.driven {
             drift = Vec3w::of_rows(simd, &v[1]) - Vec3w::of_rows(simd, &v[0]);
@@ -253,7 +253,7 @@ impl Gathered<'_> {
     /// Fills lever arms, axes, angles, locked axes and impulses. Returns the impulses along each
     /// translation and about each rotation.
     #[inline(always)]
-    fn put_axes<S: Simd>(&self, simd: S, block: &mut SixBlock, scale: f32) -> [[Wide<S>; 3]; 2] {
+    fn put_axes<S: Simd>(&self, simd: S, block: &mut SixDofBlock, scale: f32) -> [[Wide<S>; 3]; 2] {
         let mut columns = [splat(simd, 0.0); 4 * ROWS];
         let rows: [&[[f32; 4]; ROWS]; LANES] = self.rows();
         for row in 0..ROWS {
@@ -290,8 +290,8 @@ impl Gathered<'_> {
                 // As in the kernel, the force stays constant in the world; anchor A is placed at
                 // the target of anchor B.
                 columns[i] = axes[i].dot(force);
-                let way = axes[i] * place;
-                (ra, gap) = (ra + way, gap - way);
+                let displacement = axes[i] * place;
+                (ra, gap) = (ra + displacement, gap - displacement);
                 place = splat(simd, 0.0);
             }
             locked.store_array(&mut block.locked[i]);
@@ -322,7 +322,7 @@ impl Gathered<'_> {
 
     /// Fills the laws of drives, friction and limits.
     #[inline(always)]
-    fn put_laws<S: Simd>(&self, simd: S, block: &mut SixBlock, h: f32) {
+    fn put_laws<S: Simd>(&self, simd: S, block: &mut SixDofBlock, h: f32) {
         let flags = self.flags;
         block.springs = flags.drives | flags.yields != 0;
         let (h, far) = (splat(simd, h), splat(simd, FAR));
@@ -363,7 +363,7 @@ impl Gathered<'_> {
     /// Fills the terms that depend on the direction of the swing: the cone's width there, and the
     /// target of drives.
     #[inline(always)]
-    fn put_cones<S: Simd>(&self, simd: S, block: &mut SixBlock) {
+    fn put_cones<S: Simd>(&self, simd: S, block: &mut SixDofBlock) {
         let mut of = [&self.laws[0].cone; LANES];
         for lane in 1..LANES {
             of[lane] = &self.laws[lane].cone;

@@ -390,8 +390,8 @@ impl SixDof {
     }
 
     /// The parts that the solver has to solve.
-    pub(crate) fn parts(&self) -> SixParts {
-        SixParts {
+    pub(crate) fn parts(&self) -> SixDofParts {
+        SixDofParts {
             acts: self.scalars(),
             holds: self.holds(),
             holds_all_motions: self.linear.iter().all(|axis| axis.held().is_some()),
@@ -467,7 +467,7 @@ impl SixDof {
 
 /// The parts of a joint of six axes that the solver has to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SixParts {
+pub(crate) struct SixDofParts {
     /// Whether a drive, friction or limit acts on a translation, and on a rotation.
     pub(crate) acts: [bool; 2],
     /// Whether a translation is locked, and a rotation.

@@ -3,7 +3,7 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use super::def::sixdof::{JointAxis, JointMotion, JointSpring, SixDof};
+use super::def::six_dof::{JointAxis, JointMotion, JointSpring, SixDof};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::trig::atan2;
@@ -24,11 +24,14 @@ pub(crate) const MIN_TWIST: f32 = 0.2;
 /// A joint of six axes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(from = "(SixDof, SixState)", into = "(SixDof, SixState)"))]
-pub(crate) struct Six {
+#[cfg_attr(
+    feature = "serde",
+    serde(from = "(SixDof, SixDofState)", into = "(SixDof, SixDofState)")
+)]
+pub(crate) struct SixDofJoint {
     pub(crate) def: SixDof,
-    pub(crate) laws: SixLaws,
-    pub(crate) state: SixState,
+    pub(crate) laws: SixDofLaws,
+    pub(crate) state: SixDofState,
 }
 
 /// State of a joint of six axes between steps, written by the solver; packed into rows of four
@@ -36,7 +39,7 @@ pub(crate) struct Six {
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
-pub(crate) struct SixState {
+pub(crate) struct SixDofState {
     /// Impulses of a substep for each axis: lock or drive, friction, limit [N s; N m s].
     pub(crate) held: [f32; 6],
     pub(crate) friction: [f32; 6],
@@ -50,7 +53,7 @@ pub(crate) struct SixState {
     rest: f32,
 }
 
-impl SixState {
+impl SixDofState {
     /// The state before the first solve.
     pub(crate) const IDLE: Self = Self {
         held: [0.0; 6],
@@ -112,12 +115,12 @@ impl SixDof {
 
 /// The solver's view of a joint's definition, as rows of four numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SixLaws {
+pub(crate) struct SixDofLaws {
     pub(crate) axes: [AxisLaw; 6],
     /// Maximum swings about y and z, 1 if they are limited together, 0.
     pub(crate) cone: [f32; 4],
     /// 1 at the axis of a hinge, or at the locked axis of a universal joint; and the type: see
-    /// [`SixLaws::HINGE`].
+    /// [`SixDofLaws::HINGE`].
     pub(crate) turning: [f32; 4],
     pub(crate) flags: Flags,
 }
@@ -130,7 +133,7 @@ pub(crate) struct Flags {
     pub(crate) drives: u8,
     pub(crate) limits: u8,
     pub(crate) yields: u8,
-    /// Bits of the last numbers of [`SixLaws::turning`], and whether there are cones.
+    /// Bits of the last numbers of [`SixDofLaws::turning`], and whether there are cones.
     pub(crate) turnings: u8,
     pub(crate) cones: bool,
 }
@@ -183,7 +186,7 @@ impl AxisLaw {
     }
 }
 
-impl SixLaws {
+impl SixDofLaws {
     /// The laws of an idle lane.
     pub(crate) const IDLE: Self = Self {
         axes: [AxisLaw([[0.0; 4]; 4]); 6],
@@ -227,11 +230,11 @@ impl SixLaws {
     }
 }
 
-impl Six {
+impl SixDofJoint {
     pub(crate) fn new(def: SixDof) -> Self {
         let (frame_a, frame_b) = (def.frame_a.normalized(), def.frame_b.normalized());
         let def = SixDof { frame_a, frame_b, ..def };
-        Self { def, laws: SixLaws::new(&def), state: SixState::default() }
+        Self { def, laws: SixDofLaws::new(&def), state: SixDofState::default() }
     }
 
     /// The same joint with other axes.
@@ -246,15 +249,15 @@ impl Six {
 }
 
 /// The saved form. The laws follow from the definition, whose frames have unit length.
-impl From<(SixDof, SixState)> for Six {
-    fn from((def, state): (SixDof, SixState)) -> Self {
-        Self { def, laws: SixLaws::new(&def), state }
+impl From<(SixDof, SixDofState)> for SixDofJoint {
+    fn from((def, state): (SixDof, SixDofState)) -> Self {
+        Self { def, laws: SixDofLaws::new(&def), state }
     }
 }
 
-impl From<Six> for (SixDof, SixState) {
-    fn from(six: Six) -> Self {
-        (six.def, six.state)
+impl From<SixDofJoint> for (SixDof, SixDofState) {
+    fn from(six_dof: SixDofJoint) -> Self {
+        (six_dof.def, six_dof.state)
     }
 }
 
@@ -337,21 +340,21 @@ impl SixDof {
 mod tests {
     use super::{Quat, Vec3};
     use crate::state::def::named::Hinge;
-    use crate::state::def::sixdof::{JointAxis, SixDof};
+    use crate::state::def::six_dof::{JointAxis, SixDof};
 
     /// Compares finite differences of the angles with the rates from the rows.
-    fn rates_agree(def: &SixDof, at: Quat, ways: &[Vec3], tolerance: f32) {
+    fn rates_agree(def: &SixDof, at: Quat, directions: &[Vec3], tolerance: f32) {
         let a = Quat::from_axis_angle([1.0, 2.0, -1.0], 0.7);
         let b = a * at;
         let here = def.turns(a, b, [0.0; 3]);
-        for way in ways {
+        for direction in directions {
             let step = 2.0e-3;
-            let way = a.rotate(*way);
-            let there = def.turns(a, b.turned_by(way * step), [0.0; 3]);
-            let before = def.turns(a, b.turned_by(way * -step), [0.0; 3]);
+            let direction = a.rotate(*direction);
+            let there = def.turns(a, b.turned_by(direction * step), [0.0; 3]);
+            let before = def.turns(a, b.turned_by(direction * -step), [0.0; 3]);
             for i in 0..3 {
                 let rate = (there.angles[i] - before.angles[i]) / (2.0 * step);
-                let said = here.rows[i].dot(way);
+                let said = here.rows[i].dot(direction);
                 assert!((rate - said).abs() < tolerance, "{i} of {at:?}: {rate} {said}");
             }
         }

@@ -3,7 +3,7 @@
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::sparse::Sparse;
-use crate::geometry::toi::Way;
+use crate::geometry::toi::Motion;
 use crate::state::bodies::body::Body;
 use crate::state::bodies::{Bodies, Track};
 use crate::state::bounds::Bounds;
@@ -26,8 +26,8 @@ pub(crate) fn put(
     let (center, rotation) = (body.center, body.rotation);
     (body.center, body.rotation, body.room) = (pose.position, pose.rotation, 0.0);
     let moved = Track::at_least(max_moved(body, center, rotation) * ctx.per_track);
-    let way = &mut bodies.tracks[row as usize].way;
-    *way = way.wrapping_add(moved);
+    let path = &mut bodies.tracks[row as usize].path;
+    *path = path.wrapping_add(moved);
     for i in 0..bodies.at(row).ties.shapes.len() {
         let body = bodies.at(row);
         let shape = body.ties.shapes[i];
@@ -51,7 +51,7 @@ const NEARLY_STILL: f32 = 0.5;
 /// Paths of all bodies. A fast body has its actual path, up to its present pose. Other bodies stand
 /// at their final pose, since they moved less than contacts can resolve.
 #[derive(Clone, Copy)]
-pub(super) struct Ways<'a> {
+pub(super) struct Paths<'a> {
     pub(super) ctx: &'a StepContext,
     pub(super) fast: &'a [Flight],
     /// Index of each body's flight.
@@ -63,18 +63,18 @@ pub(super) const fn pose_of(body: &Body) -> Pose {
     Pose { position: body.center, rotation: body.rotation }
 }
 
-impl Ways<'_> {
+impl Paths<'_> {
     pub(super) fn flight(&self, row: u32) -> Option<&Flight> {
         self.fast.get(self.flight_of.get(row) as usize)
     }
 
-    pub(super) fn way(&self, row: u32) -> Way {
+    pub(super) fn path(&self, row: u32) -> Motion {
         let body = self.bodies.at(row);
         self.flight(row).map_or_else(
-            || Way::standing(pose_of(body)),
+            || Motion::standing(pose_of(body)),
             |flight| {
                 let from = Pose { position: flight.from, rotation: flight.stood };
-                Way::between(from, &pose_of(body), body.w * self.ctx.dt)
+                Motion::between(from, &pose_of(body), body.w * self.ctx.dt)
             },
         )
     }

@@ -4,8 +4,8 @@
 use super::rows::Mover;
 use crate::base::math::Vec3;
 use crate::state::bodies::body::Body;
-use crate::state::def::sixdof::{JointAxis, JointMotion, JointSpring};
-use crate::state::six::Six;
+use crate::state::def::six_dof::{JointAxis, JointMotion, JointSpring};
+use crate::state::six_dof::SixDofJoint;
 use crate::step::context::caps::Caps;
 
 /// Part of an error that is removed in a substep.
@@ -27,14 +27,14 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    pub(crate) fn new(six: &Six, a: &Body, b: &Body) -> Self {
-        let axes = (a.rotation * six.def.frame_a).to_mat3();
-        let turns = six.turns(a.rotation, b.rotation);
+    pub(crate) fn new(six_dof: &SixDofJoint, a: &Body, b: &Body) -> Self {
+        let axes = (a.rotation * six_dof.def.frame_a).to_mat3();
+        let turns = six_dof.turns(a.rotation, b.rotation);
         Self {
             along: [axes.x, axes.y, axes.z],
             about: turns.rows,
             angles: turns.angles,
-            axes: six.def.acting(turns.swing),
+            axes: six_dof.def.acting(turns.swing),
             given: [[0.0; 3]; 6],
             force: Vec3::ZERO,
             torque: Vec3::ZERO,
