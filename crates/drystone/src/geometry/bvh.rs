@@ -64,8 +64,8 @@ impl Bvh {
         &self.nodes[node as usize].bounds
     }
 
-    /// Returns groups of at most `maximum` items that lie near each other: the largest subtrees of up
-    /// to `maximum` leaves. Items in a group are sorted by number.
+    /// Returns groups of at most `maximum` items that lie near each other: the largest subtrees of
+    /// up to `maximum` leaves. Items in a group are sorted by number.
     pub(crate) fn groups(&self, maximum: usize) -> Vec<Vec<u32>> {
         let mut groups = Vec::new();
         let mut stack: Vec<u32> = if self.root == NONE { Vec::new() } else { vec![self.root] };

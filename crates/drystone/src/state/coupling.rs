@@ -141,9 +141,9 @@ pub(crate) fn coordinate(
         let gap = (a.rotation * six_dof.def.frame_a).unrotate(gap);
         return f64::from([gap.x, gap.y, gap.z][axis]);
     }
-    let wound = six_dof.turns(a.rotation, b.rotation).angles[axis - 3];
+    let wound = six_dof.joint_angles(a.rotation, b.rotation).angles[axis - 3];
     let frames = [a.rotation * six_dof.def.frame_a, b.rotation * six_dof.def.frame_b];
-    let within = six_dof.def.turns(frames[0], frames[1], [0.0; 3]).angles[axis - 3];
+    let within = six_dof.def.joint_angles(frames[0], frames[1], [0.0; 3]).angles[axis - 3];
     let turn = 2.0 * core::f64::consts::PI;
     f64::from(within) + turn * ((f64::from(wound) - f64::from(within)) / turn).round()
 }
@@ -152,7 +152,7 @@ pub(crate) fn coordinate(
 pub(crate) fn check_axis(name: &str, def: &SixDof, axis: Axis) -> Result<(), DefError> {
     let at = def.axis(axis);
     let allowed = "an axis that is not locked, on a joint without a cone";
-    let is_free = at.held().is_none() && at.motion != JointMotion::Locked;
+    let is_free = at.locked_at().is_none() && at.motion != JointMotion::Locked;
     if is_free && (!matches!(axis, Axis::TurnY | Axis::TurnZ) || def.cone.is_none()) {
         return Ok(());
     }

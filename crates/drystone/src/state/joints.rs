@@ -186,7 +186,7 @@ impl Joint {
     pub(crate) fn angular_error(&self, bodies: &Bodies) -> f32 {
         let Link::SixDof(six_dof) = &self.link else { return 0.0 };
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
-        let turns = six_dof.turns(a.rotation, b.rotation);
+        let turns = six_dof.joint_angles(a.rotation, b.rotation);
         let [.., x, y, z] = six_dof.def.acting(turns.swing);
         let [p, q, r] = turns.angles;
         // Angles count full turns, and limits may be far from them.

@@ -38,12 +38,12 @@ pub(super) fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
 impl Sets<'_> {
     /// Adds a contact with points to the colors, and links the islands of its bodies.
     pub(crate) fn color_contact(&mut self, row: u32) {
-        self.turn(row, Move::Enters);
+        self.carry_out_one(row, Move::Enters);
     }
 
     /// Removes a contact from the colors; its islands stay linked until they are split.
     pub(crate) fn uncolor_contact(&mut self, row: u32) {
-        self.turn(row, Move::Leaves);
+        self.carry_out_one(row, Move::Leaves);
     }
 
     fn is_special(&self, row: u32) -> bool {
@@ -263,14 +263,14 @@ impl Sets<'_> {
     /// reported as asleep.
     pub(crate) fn put_aside(&mut self, row: u32) {
         let asleep = self.events.sleep.len();
-        self.rest(&[row]);
+        self.put_to_sleep(&[row]);
         self.events.sleep.truncate(asleep);
         let body = self.bodies.at_mut(row);
         (body.out, body.record.faulted) = (true, true);
     }
 
     /// Puts bodies to sleep together: they stop, and leave the awake sets with their constraints.
-    pub(crate) fn rest(&mut self, members: &[u32]) {
+    pub(crate) fn put_to_sleep(&mut self, members: &[u32]) {
         for m in members {
             let b = self.bodies.at_mut(*m);
             (b.v, b.w) = Default::default();

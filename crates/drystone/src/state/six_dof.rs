@@ -41,7 +41,7 @@ pub(crate) struct SixDofJoint {
 #[repr(C)]
 pub(crate) struct SixDofState {
     /// Impulses of a substep for each axis: lock or drive, friction, limit [N s; N m s].
-    pub(crate) held: [f32; 6],
+    pub(crate) lock_or_drive: [f32; 6],
     pub(crate) friction: [f32; 6],
     pub(crate) limit: [f32; 6],
     /// Angles in the last solve [rad].
@@ -50,31 +50,31 @@ pub(crate) struct SixDofState {
     pub(crate) force: Vec3,
     pub(crate) torque: Vec3,
     /// Padding of the last row.
-    rest: f32,
+    padding: f32,
 }
 
 impl SixDofState {
     /// The state before the first solve.
     pub(crate) const IDLE: Self = Self {
-        held: [0.0; 6],
+        lock_or_drive: [0.0; 6],
         friction: [0.0; 6],
         limit: [0.0; 6],
         angles: [0.0; 3],
         force: Vec3::ZERO,
         torque: Vec3::ZERO,
-        rest: 0.0,
+        padding: 0.0,
     };
 
     pub(crate) fn is_finite(&self) -> bool {
-        let Self { held, friction, limit, angles, force, torque, .. } = self;
-        let impulses = [held, friction, limit].into_iter().flatten();
+        let Self { lock_or_drive, friction, limit, angles, force, torque, .. } = self;
+        let impulses = [lock_or_drive, friction, limit].into_iter().flatten();
         let numbers = impulses.chain(angles).all(|x| x.is_finite());
         numbers && force.is_finite() && torque.is_finite()
     }
 
     pub(crate) fn scale_impulses(&mut self, factor: f32) {
-        let Self { held, friction, limit, force, torque, .. } = self;
-        for impulse in [held, friction, limit].into_iter().flatten() {
+        let Self { lock_or_drive, friction, limit, force, torque, .. } = self;
+        for impulse in [lock_or_drive, friction, limit].into_iter().flatten() {
             *impulse *= factor;
         }
         (*force, *torque) = (*force * factor, *torque * factor);
@@ -162,7 +162,7 @@ pub(crate) struct AxisLaw(pub(crate) [[f32; 4]; 4]);
 
 impl AxisLaw {
     fn new(axis: &JointAxis) -> Self {
-        let held = axis.held();
+        let held = axis.locked_at();
         let carries = held.is_some() || axis.is_scalar();
         let one = |yes: bool| if yes { 1.0 } else { 0.0 };
         let hold = [one(held.is_some()), held.unwrap_or(0.0), one(carries), axis.friction];
@@ -204,7 +204,7 @@ impl SixDofLaws {
         // The swing is along y at first; the solver updates targets and the cone's width.
         let acting = def.acting([1.0, 0.0]);
         let mut laws = Self { axes: acting.each_ref().map(AxisLaw::new), ..Self::IDLE };
-        for (i, axis) in acting.iter().enumerate().filter(|(_, axis)| axis.held().is_none()) {
+        for (i, axis) in acting.iter().enumerate().filter(|(_, axis)| axis.locked_at().is_none()) {
             let bit = |yes: bool| if yes { 1 << i } else { 0 };
             laws.flags.acts |= bit(axis.is_scalar());
             laws.flags.drives |= bit(axis.drive.is_some());
@@ -243,8 +243,8 @@ impl SixDofJoint {
     }
 
     /// The rotations between bodies with these rotations.
-    pub(crate) fn turns(&self, a: Quat, b: Quat) -> Turns {
-        self.def.turns(a * self.def.frame_a, b * self.def.frame_b, self.state.angles)
+    pub(crate) fn joint_angles(&self, a: Quat, b: Quat) -> JointAngles {
+        self.def.joint_angles(a * self.def.frame_a, b * self.def.frame_b, self.state.angles)
     }
 }
 
@@ -263,7 +263,7 @@ impl From<SixDofJoint> for (SixDof, SixDofState) {
 
 /// Axes of relative rotation, and the angles about them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turns {
+pub(crate) struct JointAngles {
     /// Rows [world]: their products with the relative angular velocity are the rates of the angles.
     pub(crate) rows: [Vec3; 3],
     pub(crate) angles: [f32; 3],
@@ -280,26 +280,29 @@ impl SixDof {
             return None;
         }
         let free = Self { angular: [JointAxis::FREE; 3], cone: None, ..*self };
-        Some(free.turns(Quat::IDENTITY, rotation, [0.0; 3]).angles)
+        Some(free.joint_angles(Quat::IDENTITY, rotation, [0.0; 3]).angles)
     }
 
     /// The angles and their rows, for these rotations of the joint's frames. The angle of a single
-    /// free axis continues from `last`. (For eight joints at a time: step/solver/turns.rs.)
-    pub(crate) fn turns(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> Turns {
+    /// free axis continues from `last`. (For eight joints at a time:
+    /// step/solver/joint/six_dof/angles.rs.)
+    pub(crate) fn joint_angles(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> JointAngles {
         let (a, b) = (frame_a.to_mat3(), frame_b.to_mat3());
         let (a, b) = ([a.x, a.y, a.z], [b.x, b.y, b.z]);
         let q = frame_a.conjugate() * frame_b;
         let q = if q.w < 0.0 { Quat::new(-q.x, -q.y, -q.z, -q.w) } else { q };
         let swing = [1.0, 0.0];
         match self.turning() {
-            Turning::Still => Turns { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z], swing },
+            Turning::Still => {
+                JointAngles { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z], swing }
+            }
             Turning::Hinge(i) => {
                 let off = a[i].cross(b[i]);
                 let mut angles = [off.dot(a[0]), off.dot(a[1]), off.dot(a[2])];
                 let turn = 2.0 * core::f32::consts::PI;
                 let angle = 2.0 * atan2([q.x, q.y, q.z][i], q.w);
                 angles[i] = angle + turn * ((last[i] - angle) / turn).round();
-                Turns { rows: a, angles, swing }
+                JointAngles { rows: a, angles, swing }
             }
             Turning::Universal(k) => {
                 let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
@@ -311,7 +314,7 @@ impl SixDof {
                 angles[k] = -sign * a[i].dot(b[j]);
                 angles[i] = atan2(sign * b[j].dot(a[k]), b[j].dot(a[j]));
                 angles[j] = atan2(sign * a[i].dot(b[k]), a[i].dot(b[i]));
-                Turns { rows, angles, swing }
+                JointAngles { rows, angles, swing }
             }
             Turning::Swing => {
                 // q is a swing after a twist: half the twist has the cosine w / r and the sine x /
@@ -327,10 +330,10 @@ impl SixDof {
                 let [y, z] = if sine > NO_SWING { [y / sine, z / sine] } else { [1.0, 0.0] };
                 if self.cone.is_none() {
                     let angles = [twist, y * size, z * size];
-                    return Turns { rows: [row, a[1], a[2]], angles, swing };
+                    return JointAngles { rows: [row, a[1], a[2]], angles, swing };
                 }
                 let rows = [row, a[1] * y + a[2] * z, a[2] * y - a[1] * z];
-                Turns { rows, angles: [twist, size, 0.0], swing: [y, z] }
+                JointAngles { rows, angles: [twist, size, 0.0], swing: [y, z] }
             }
         }
     }
@@ -346,12 +349,12 @@ mod tests {
     fn rates_agree(def: &SixDof, at: Quat, directions: &[Vec3], tolerance: f32) {
         let a = Quat::from_axis_angle([1.0, 2.0, -1.0], 0.7);
         let b = a * at;
-        let here = def.turns(a, b, [0.0; 3]);
+        let here = def.joint_angles(a, b, [0.0; 3]);
         for direction in directions {
             let step = 2.0e-3;
             let direction = a.rotate(*direction);
-            let there = def.turns(a, b.turned_by(direction * step), [0.0; 3]);
-            let before = def.turns(a, b.turned_by(direction * -step), [0.0; 3]);
+            let there = def.joint_angles(a, b.turned_by(direction * step), [0.0; 3]);
+            let before = def.joint_angles(a, b.turned_by(direction * -step), [0.0; 3]);
             for i in 0..3 {
                 let rate = (there.angles[i] - before.angles[i]) / (2.0 * step);
                 let said = here.rows[i].dot(direction);

@@ -99,7 +99,7 @@ pub(crate) struct StepContext {
     pub(crate) wakes_alone: bool,
     /// Sleep configuration, scaled by the world's length; enabled only if the method supports
     /// sleep.
-    pub(crate) rest: SleepConfig,
+    pub(crate) sleep: SleepConfig,
     /// Number of rounds of length `dt`, for islands that are solved anew in each of the world's
     /// substeps.
     pub(crate) rounds: u32,
@@ -171,7 +171,7 @@ impl StepContext {
     /// The rule by which bodies are still.
     pub(crate) const fn stillness(&self) -> StillnessRule {
         let (gravity, length, dt) = (self.gravity, self.length, self.dt);
-        StillnessRule { gravity, length, speed: self.rest.speed, time: self.rest.time, dt }
+        StillnessRule { gravity, length, speed: self.sleep.speed, time: self.sleep.time, dt }
     }
 
     /// Softness of a contact with its own frequency and damping.
@@ -268,7 +268,7 @@ impl StepContext {
             parts,
             subdivision: Subdivision::Whole,
             wakes_alone: config.method.freezes(),
-            rest: SleepConfig {
+            sleep: SleepConfig {
                 enabled: config.sleep.enabled && config.method.sleeps(),
                 time: config.sleep.wait(dt),
                 speed: config.sleep_speed(),

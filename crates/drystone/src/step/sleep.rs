@@ -60,7 +60,7 @@ pub(crate) struct Scratch {
 /// Begins a step: sets how bodies wake in it, and by which touches.
 pub(crate) fn begin_step(ctx: &StepContext, islands: &mut Islands) {
     islands.wake_alone = ctx.wakes_alone;
-    islands.gentle_speed = freeze::rest_speed(ctx, ctx.rest.speed);
+    islands.gentle_speed = freeze::rest_speed(ctx, ctx.sleep.speed);
     islands.length = ctx.length;
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn rest_still_islands(
     jobs: &Jobs<'_>,
 ) {
     let Scratch { rates, ripe, idle, roots, freeze } = scratch;
-    let (config, spacing) = (&ctx.rest, ctx.stillness().spacing());
+    let (config, spacing) = (&ctx.sleep, ctx.stillness().spacing());
     let mut still = false;
     idle.clear();
     for note in notes {
@@ -88,7 +88,7 @@ pub(crate) fn rest_still_islands(
         }
     }
     if !idle.is_empty() {
-        sets.rest(idle);
+        sets.put_to_sleep(idle);
     }
     while let Some(island) = sets.islands.next_loose(sets.bodies) {
         split_island(island, step, sets);
@@ -130,7 +130,7 @@ pub(crate) fn rest_still_islands(
                 if sets.islands.wake_alone {
                     freeze::note_loads(ctx, &members, sets);
                 }
-                sets.rest(&members);
+                sets.put_to_sleep(&members);
             }
             sets.islands.give_back(members);
         }

@@ -59,12 +59,12 @@ pub(crate) struct SolverBody {
 #[repr(C, align(32))]
 pub(crate) struct Whitening {
     diagonal: [f32; 4],
-    rest: [f32; 4],
+    off_diagonal: [f32; 4],
 }
 
 impl Whitening {
     pub(crate) const fn new(alpha: f32, s: &Sym3) -> Self {
-        Self { diagonal: [s.xx, s.yy, s.zz, alpha], rest: [s.xy, s.xz, s.yz, 0.0] }
+        Self { diagonal: [s.xx, s.yy, s.zz, alpha], off_diagonal: [s.xy, s.xz, s.yz, 0.0] }
     }
 
     pub(crate) const fn alpha(&self) -> f32 {
@@ -72,19 +72,20 @@ impl Whitening {
     }
 
     pub(crate) const fn s(&self) -> Sym3 {
-        let ([xx, yy, zz, _], [xy, xz, yz, _]) = (self.diagonal, self.rest);
+        let ([xx, yy, zz, _], [xy, xz, yz, _]) = (self.diagonal, self.off_diagonal);
         Sym3 { xx, yy, zz, xy, xz, yz }
     }
 
     /// α and S of eight bodies, in lanes.
     #[inline(always)]
     pub(crate) fn gather<S: Simd>(simd: S, of: [&Self; LANES]) -> (Wide<S>, Sym3w<S>) {
-        let (mut diagonal, mut rest) = ([&of[0].diagonal; LANES], [&of[0].rest; LANES]);
+        let (mut diagonal, mut off_diagonal) =
+            ([&of[0].diagonal; LANES], [&of[0].off_diagonal; LANES]);
         for lane in 1..LANES {
-            (diagonal[lane], rest[lane]) = (&of[lane].diagonal, &of[lane].rest);
+            (diagonal[lane], off_diagonal[lane]) = (&of[lane].diagonal, &of[lane].off_diagonal);
         }
         let [xx, yy, zz, alpha] = gather4(simd, diagonal);
-        let Vec3w { x: xy, y: xz, z: yz } = gather(simd, rest);
+        let Vec3w { x: xy, y: xz, z: yz } = gather(simd, off_diagonal);
         (alpha, Sym3w { xx, yy, zz, xy, xz, yz })
     }
 }

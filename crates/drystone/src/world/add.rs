@@ -275,7 +275,7 @@ impl World {
             tables.bounds.remove(shape, &tables.shapes);
             tables.shapes.remove(shape);
         }
-        self.sets().rest(&[row]);
+        self.sets().put_to_sleep(&[row]);
         self.pending.wake.retain(|b| *b != id);
         self.pending.sleep.retain(|b| *b != id);
         let tables = &mut self.tables;

@@ -164,7 +164,7 @@ impl BodyMut<'_> {
         if self.world.tables.islands.wake_alone {
             let ctx = self.world.context();
             freeze::note_loads(&ctx, &[row], &mut self.world.sets());
-            self.world.sets().rest(&[row]);
+            self.world.sets().put_to_sleep(&[row]);
             return;
         }
         let step = self.world.tables.steps;
@@ -178,7 +178,7 @@ impl BodyMut<'_> {
             // asleep.
             bodies.at_mut(*row).sleep.still_time = 0.0;
         }
-        self.world.sets().rest(&members);
+        self.world.sets().put_to_sleep(&members);
         self.world.tables.islands.give_back(members);
     }
 

@@ -265,7 +265,7 @@ impl<'w> JointRef<'w> {
         let Link::SixDof(six_dof) = &self.joint.link else { return None };
         let bodies = &self.tables.bodies;
         let (a, b) = (bodies.at(self.joint.body_a), bodies.at(self.joint.body_b));
-        let turns = six_dof.turns(a.rotation, b.rotation);
+        let turns = six_dof.joint_angles(a.rotation, b.rotation);
         let gap = (a.rotation * six_dof.def.frame_a).unrotate(self.anchor_b() - self.anchor_a());
         let mut angles = turns.angles;
         if six_dof.def.cone.is_some() {

@@ -140,8 +140,8 @@ impl<'a> Turning<'a> {
         deep.normal.dot(delta + turn.cross(arm)) < -ALONG * speed
     }
 
-    /// Returns a fraction, at most `maximum`, in which B approaches a plane by no more than `gap` [m],
-    /// however it turns. It is close to the maximum that the module's bound allows.
+    /// Returns a fraction, at most `maximum`, in which B approaches a plane by no more than `gap`
+    /// [m], however it turns. It is close to the maximum that the module's bound allows.
     fn step(&self, now: &Pose, normal: Vec3, gap: f32, maximum: f32) -> f32 {
         let Course { delta, turn, .. } = *self.course;
         let across = normal.cross(turn);

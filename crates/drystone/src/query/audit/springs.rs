@@ -19,7 +19,7 @@ pub(super) fn elastic(joint: &Joint, six_dof: &SixDofJoint, bodies: &Bodies) -> 
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let gap = (b.center - a.center) + (rb - ra);
     let axes = (a.rotation * six_dof.def.frame_a).to_mat3();
-    let turns = six_dof.turns(a.rotation, b.rotation);
+    let turns = six_dof.joint_angles(a.rotation, b.rotation);
     let along = [axes.x, axes.y, axes.z];
     let acting = six_dof.def.acting(turns.swing);
     let x = |i: usize| if i < 3 { along[i].dot(gap) } else { turns.angles[i - 3] };
@@ -28,7 +28,7 @@ pub(super) fn elastic(joint: &Joint, six_dof: &SixDofJoint, bodies: &Bodies) -> 
         rows.add(i, along[i], [(ra + gap).cross(along[i]), rb.cross(along[i])], [a, b]);
         rows.add(i + 3, Vec3::ZERO, [turns.rows[i]; 2], [a, b]);
     }
-    let held = core::array::from_fn(|i| acting[i].held().is_some());
+    let held = core::array::from_fn(|i| acting[i].locked_at().is_some());
     let stiffness = |i: usize, spring: &JointSpring| {
         let k = f64::from(spring.stiffness);
         if !spring.per_mass {

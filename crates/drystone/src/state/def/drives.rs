@@ -132,7 +132,7 @@ impl Drives<'_> {
     /// The same for one axis of a joint of six axes.
     fn acts_along(&self, joint: &Joint, six_dof: &SixDofJoint, i: usize) -> bool {
         let axis = six_dof.def.axes()[i];
-        if axis.held().is_some() {
+        if axis.locked_at().is_some() {
             return false;
         }
         let size = self.size_of(joint);
@@ -153,7 +153,7 @@ impl Drives<'_> {
             }
             // With a cone the swings have no rows of their own.
             let swings = i > 3 && six_dof.def.cone.is_some();
-            let row = six_dof.turns(a.rotation, b.rotation).rows[i - 3];
+            let row = six_dof.joint_angles(a.rotation, b.rotation).rows[i - 3];
             if swings { meet.turns.length() } else { row.dot(meet.turns).abs() }
         });
         self.goes(joint, asked, reach, speeds)
@@ -252,7 +252,7 @@ fn drive_asks(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<
 fn coordinate_of(joint: &Joint, six_dof: &SixDofJoint, bodies: &Bodies, axis: usize) -> f32 {
     if axis > 3 && six_dof.def.cone.is_some() {
         let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
-        let turns = six_dof.turns(a.rotation, b.rotation);
+        let turns = six_dof.joint_angles(a.rotation, b.rotation);
         return turns.swing[axis - 4] * turns.angles[1];
     }
     #[expect(clippy::cast_possible_truncation, reason = "an angle or a length")]

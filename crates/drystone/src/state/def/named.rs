@@ -1,14 +1,14 @@
 //! Joints by name, defined by their six axes or by a distance.
 
-mod held;
+mod fixed;
 mod lengths;
-mod slides;
-mod turns;
+mod translations;
+mod rotations;
 
-pub use self::held::{Fixed, Servo, Wheel};
+pub use self::fixed::{Fixed, Servo, Wheel};
 pub use self::lengths::{Distance, Rope};
-pub use self::slides::{Cylindrical, Planar, Slider};
-pub use self::turns::{Ball, ConeTwist, Hinge, Universal};
+pub use self::rotations::{Ball, ConeTwist, Hinge, Universal};
+pub use self::translations::{Cylindrical, Planar, Slider};
 
 use super::JointKind;
 use super::six_dof::SixDof;

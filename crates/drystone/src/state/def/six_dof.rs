@@ -216,7 +216,7 @@ impl JointAxis {
     }
 
     /// The coordinate at which the axis is locked, if it is [m; rad].
-    pub(crate) fn held(&self) -> Option<f32> {
+    pub(crate) fn locked_at(&self) -> Option<f32> {
         match self.motion {
             JointMotion::Locked => Some(0.0),
             JointMotion::Limited { min, max, spring: None } if min >= max => Some(min),
@@ -227,7 +227,7 @@ impl JointAxis {
     /// True if a limit, a drive or friction acts on it.
     pub(crate) fn is_scalar(&self) -> bool {
         let acts = self.motion != JointMotion::Free || self.drive.is_some() || self.friction > 0.0;
-        self.held().is_none() && acts
+        self.locked_at().is_none() && acts
     }
 
     /// Excess of a coordinate beyond the hard limits of the axis [m; rad]. Sprung limits have none.
@@ -393,26 +393,27 @@ impl SixDof {
     pub(crate) fn parts(&self) -> SixDofParts {
         SixDofParts {
             acts: self.scalars(),
-            holds: self.holds(),
-            holds_all_motions: self.linear.iter().all(|axis| axis.held().is_some()),
+            locks: self.locks(),
+            locks_all_motions: self.linear.iter().all(|axis| axis.locked_at().is_some()),
         }
     }
 
     /// Whether a translation is locked, and whether a rotation is.
-    pub(crate) fn holds(&self) -> [bool; 2] {
-        let any = |axes: &[JointAxis]| axes.iter().any(|axis| axis.held().is_some());
+    pub(crate) fn locks(&self) -> [bool; 2] {
+        let any = |axes: &[JointAxis]| axes.iter().any(|axis| axis.locked_at().is_some());
         [any(&self.linear), any(&self.angular)]
     }
 
     /// True if some axis is locked.
     pub(crate) fn holds_any(&self) -> bool {
-        self.holds() != [false; 2]
+        self.locks() != [false; 2]
     }
 
     /// Number of axes that are not locked: of the translations if something acts on one of them,
     /// plus likewise of the rotations.
     pub(crate) fn scalar_count(&self) -> usize {
-        let free = |axes: &[JointAxis]| axes.iter().filter(|axis| axis.held().is_none()).count();
+        let free =
+            |axes: &[JointAxis]| axes.iter().filter(|axis| axis.locked_at().is_none()).count();
         let [moves, turns] = self.scalars();
         let count = |acts: bool, axes: &[JointAxis]| if acts { free(axes) } else { 0 };
         count(moves, &self.linear) + count(turns, &self.angular)
@@ -471,9 +472,9 @@ pub(crate) struct SixDofParts {
     /// Whether a drive, friction or limit acts on a translation, and on a rotation.
     pub(crate) acts: [bool; 2],
     /// Whether a translation is locked, and a rotation.
-    pub(crate) holds: [bool; 2],
+    pub(crate) locks: [bool; 2],
     /// Whether all translations are locked.
-    pub(crate) holds_all_motions: bool,
+    pub(crate) locks_all_motions: bool,
 }
 
 const FREE: &str = "free, because there is a cone";

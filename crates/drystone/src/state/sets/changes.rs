@@ -33,7 +33,7 @@ pub(crate) enum Move {
 
 /// Deferred change of one contact.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turn {
+pub(crate) struct DeferredMove {
     row: u32,
     /// The bodies, dynamic ones first.
     bodies: [u32; 2],
@@ -44,9 +44,9 @@ pub(crate) struct Turn {
     cuts: bool,
 }
 
-const _: () = assert!(size_of::<Turn>() == 16);
+const _: () = assert!(size_of::<DeferredMove>() == 16);
 
-impl Turn {
+impl DeferredMove {
     pub(crate) fn new(row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) -> Self {
         let is_dynamic = |body: u32| bodies.at(body).is_dynamic();
         let (a, b) = (is_dynamic(c.body_a), is_dynamic(c.body_b));
@@ -121,7 +121,7 @@ impl Turn {
 /// Deferred changes of some contacts, in order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SetChanges {
-    list: Vec<Turn>,
+    list: Vec<DeferredMove>,
     /// Change in the number of special contacts in the colors.
     special: isize,
     /// True if a contact is added to a color or removed from one.
@@ -148,10 +148,10 @@ impl SetChanges {
 
     /// Records a change of a contact; `cuts`: it ceases to connect its bodies.
     pub(crate) fn add(&mut self, row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) {
-        let turn = Turn::new(row, c, what, cuts, bodies);
-        self.list.push(turn);
-        self.recolors |= turn.more() != 0;
-        self.special += turn.more_special(c, bodies);
+        let deferred = DeferredMove::new(row, c, what, cuts, bodies);
+        self.list.push(deferred);
+        self.recolors |= deferred.more() != 0;
+        self.special += deferred.more_special(c, bodies);
     }
 
     /// Records the removal of a contact.
@@ -176,63 +176,63 @@ impl Sets<'_> {
         let Self { bodies, contacts, islands, colors, .. } = self;
         // SAFETY: a contact is in one coloring, which one of the tasks below has.
         let slots = contacts.slots_mut(unsafe { Apart::promise() });
-        let all = || effects.clone().flat_map(|turns| &turns.list);
+        let all = || effects.clone().flat_map(|deferred| &deferred.list);
         let Colors { contacts: of_two, contacts_fixed: of_one, .. } = &mut **colors;
         let mut ties = || tie_all(all(), islands, bodies);
-        let mut twos = || color_all(all().filter(|turn| turn.dynamic == 2), of_two, slots);
-        let mut ones = || color_all(all().filter(|turn| turn.dynamic == 1), of_one, slots);
+        let mut twos = || color_all(all().filter(|deferred| deferred.dynamic == 2), of_two, slots);
+        let mut ones = || color_all(all().filter(|deferred| deferred.dynamic == 1), of_one, slots);
         side_by_side(jobs, &mut [&mut ties, &mut twos, &mut ones], 0, |_| {});
-        for turns in effects.clone() {
-            colors.special = colors.special.wrapping_add_signed(turns.special);
-            colors.levels_dirty |= turns.recolors;
+        for deferred in effects.clone() {
+            colors.special = colors.special.wrapping_add_signed(deferred.special);
+            colors.levels_dirty |= deferred.recolors;
         }
         gone.clear();
-        gone.extend(effects.flat_map(|turns| &turns.gone));
+        gone.extend(effects.flat_map(|deferred| &deferred.gone));
         contacts.leave(gone, bodies, jobs);
     }
 
     /// Adds one contact to a color or removes it.
-    pub(super) fn turn(&mut self, row: u32, what: Move) {
+    pub(super) fn carry_out_one(&mut self, row: u32, what: Move) {
         let contact = self.contacts.at(row);
-        let turn = Turn::new(row, contact, what, false, self.bodies);
-        if (what == Move::Leaves) != contact.place.is_somewhere() || turn.dynamic == 0 {
+        let deferred = DeferredMove::new(row, contact, what, false, self.bodies);
+        if (what == Move::Leaves) != contact.place.is_somewhere() || deferred.dynamic == 0 {
             return;
         }
-        let special = turn.more_special(contact, self.bodies);
+        let special = deferred.more_special(contact, self.bodies);
         let colors = &mut *self.colors;
         colors.special = colors.special.wrapping_add_signed(special);
         colors.levels_dirty = true;
-        let is_of_two = turn.dynamic == 2;
+        let is_of_two = deferred.dynamic == 2;
         let coloring = if is_of_two { &mut colors.contacts } else { &mut colors.contacts_fixed };
         // SAFETY: there is no other worker, and `color` takes one contact after the other.
-        turn.color(coloring, self.contacts.slots_mut(unsafe { Apart::promise() }));
-        turn.tie(self.islands, self.bodies);
+        deferred.color(coloring, self.contacts.slots_mut(unsafe { Apart::promise() }));
+        deferred.tie(self.islands, self.bodies);
     }
 }
 
 fn color_all<'t>(
-    turns: impl Iterator<Item = &'t Turn> + Clone,
+    deferred: impl Iterator<Item = &'t DeferredMove> + Clone,
     coloring: &mut Coloring,
     slots: Slots<'_>,
 ) {
-    let mut soon = turns.clone().skip(PREFETCH);
-    for turn in turns {
+    let mut soon = deferred.clone().skip(PREFETCH);
+    for deferred in deferred {
         if let Some(soon) = soon.next() {
             slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
         }
-        turn.color(coloring, slots);
+        deferred.color(coloring, slots);
     }
 }
 
 fn tie_all<'t>(
-    turns: impl Iterator<Item = &'t Turn> + Clone,
+    deferred: impl Iterator<Item = &'t DeferredMove> + Clone,
     islands: &mut Islands,
     bodies: &mut Bodies,
 ) {
     const COUNTS: usize = core::mem::offset_of!(Body, ties.constraints) / 64;
     const STILL: usize = core::mem::offset_of!(Body, sleep.still_time) / 64;
-    let mut soon = turns.clone().skip(PREFETCH);
-    for turn in turns {
+    let mut soon = deferred.clone().skip(PREFETCH);
+    for deferred in deferred {
         if let Some(soon) = soon.next() {
             for body in soon.bodies {
                 for line in [0, COUNTS, STILL] {
@@ -240,6 +240,6 @@ fn tie_all<'t>(
                 }
             }
         }
-        turn.tie(islands, bodies);
+        deferred.tie(islands, bodies);
     }
 }

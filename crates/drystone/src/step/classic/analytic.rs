@@ -24,7 +24,7 @@ mod skyline;
 use self::budget::{Budget, POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
 use self::implicit::Whole;
 use self::mixing::Mixing;
-use self::skyline::{SIX, Skyline};
+use self::skyline::{SIX_DOF, Skyline};
 use super::rows::{Mover, Pair};
 use super::sequence::Sequence;
 use crate::base::double::{DVec3, greater};
@@ -80,11 +80,11 @@ pub(crate) struct Analytic {
     /// Roots of inverse masses and inertias: v = roots.0 y, w = roots.1 y.
     roots: Vec<(DVec3, [DVec3; 3])>,
     /// Whitened velocities: the current ones, those without impulses, and the step to the next.
-    y: Vec<[f64; SIX]>,
-    free: Vec<[f64; SIX]>,
-    step: Vec<[f64; SIX]>,
-    downhill: Vec<[f64; SIX]>,
-    trial: Vec<[f64; SIX]>,
+    y: Vec<[f64; SIX_DOF]>,
+    free: Vec<[f64; SIX_DOF]>,
+    step: Vec<[f64; SIX_DOF]>,
+    downhill: Vec<[f64; SIX_DOF]>,
+    trial: Vec<[f64; SIX_DOF]>,
     flat: Vec<f64>,
     matrix: Skyline,
     slips: Vec<f64>,
@@ -375,7 +375,7 @@ impl Analytic {
         let n = movers.len().saturating_sub(1);
         for list in [&mut self.y, &mut self.free] {
             list.clear();
-            list.resize(n, [0.0; SIX]);
+            list.resize(n, [0.0; SIX_DOF]);
         }
         for p in &self.points {
             p.push(p.rows.map(|r| -r.impulse), &mut self.free);
@@ -409,10 +409,10 @@ impl Analytic {
 }
 
 /// The convex function of a round.
-fn height(points: &[Point], y: &[[f64; SIX]], free: &[[f64; SIX]], stiffness: f64) -> f64 {
+fn height(points: &[Point], y: &[[f64; SIX_DOF]], free: &[[f64; SIX_DOF]], stiffness: f64) -> f64 {
     let mut sum = 0.0;
     for (y, free) in y.iter().zip(free) {
-        for i in 0..SIX {
+        for i in 0..SIX_DOF {
             sum += 0.5 * (y[i] - free[i]) * (y[i] - free[i]);
         }
     }

@@ -29,7 +29,7 @@ pub(crate) struct Axes {
 impl Axes {
     pub(crate) fn new(six_dof: &SixDofJoint, a: &Body, b: &Body) -> Self {
         let axes = (a.rotation * six_dof.def.frame_a).to_mat3();
-        let turns = six_dof.turns(a.rotation, b.rotation);
+        let turns = six_dof.joint_angles(a.rotation, b.rotation);
         Self {
             along: [axes.x, axes.y, axes.z],
             about: turns.rows,
@@ -60,7 +60,7 @@ impl Axes {
         let turn = t_b - t_a - t_a.cross(t_b) * 0.5;
         for i in 0..6 {
             let axis = self.axes[i];
-            if axis.held().is_none() && !axis.is_scalar() {
+            if axis.locked_at().is_none() && !axis.is_scalar() {
                 continue;
             }
             let (a, b) = (&movers[row_a as usize], &movers[row_b as usize]);
@@ -106,7 +106,7 @@ fn pushed(
     [x, u, k, h]: [f32; 4],
     capped: impl Fn(f32, f32) -> f32,
 ) -> f32 {
-    if let Some(place) = axis.held() {
+    if let Some(place) = axis.locked_at() {
         let error = x - place;
         return -(u + capped(error * BAUMGARTE / h, error)) / k;
     }

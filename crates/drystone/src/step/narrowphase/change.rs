@@ -18,8 +18,8 @@ pub(crate) enum Change {
     Turns(u32),
     /// The contact has points, and its bodies turn together ([`corotates`]). No change by itself.
     Corotates(u32),
-    /// The bodies meet at impact speed, and the contact does not bounce ([`may_impact`]). No change by
-    /// itself.
+    /// The bodies meet at impact speed, and the contact does not bounce ([`may_impact`]). No change
+    /// by itself.
     Blows(u32),
     /// The contact may be parted in this step: one of its points is deep, or it was parted in the
     /// last step. No change by itself.

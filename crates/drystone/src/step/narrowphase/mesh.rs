@@ -7,7 +7,7 @@ use super::meeting::STRAIGHT;
 use super::motion::Motion;
 use super::rebuild::{FAR_TURN, Look, rebuild};
 use super::seams;
-use super::turns::{list_for_solver, turn_ahead};
+use super::turning::{list_for_solver, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::threads::disjoint::Rows;

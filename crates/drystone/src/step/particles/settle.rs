@@ -44,16 +44,16 @@ pub(crate) fn settle(
     if particles.is_empty() {
         return;
     }
-    let rest = &ctx.rest;
+    let sleep = &ctx.sleep;
     advance(ctx, particles, bodies, (shapes, bounds), stage, jobs);
     stage.faults.extend(stage.settle.faults.iter().flatten());
     stage.faults.sort_unstable();
     for solver_row in &stage.faults {
         particles.take_out(*solver_row);
     }
-    keep_awake(ctx, rest, particles, bodies, stage);
+    keep_awake(ctx, sleep, particles, bodies, stage);
     tear(particles, h, &mut stage.settle.torn);
-    freeze(ctx, rest, particles, bodies, stage);
+    freeze(ctx, sleep, particles, bodies, stage);
     particles.last_h = h;
 }
 
@@ -106,7 +106,7 @@ fn advance(
 /// either, nor are those that hang on a moving strand, however slow.
 fn keep_awake(
     ctx: &StepContext,
-    rest: &SleepConfig,
+    sleep: &SleepConfig,
     particles: &mut Particles,
     bodies: &mut Bodies,
     stage: &mut Stage,
@@ -123,7 +123,7 @@ fn keep_awake(
             state.set_velocity(Vec3::ZERO);
         }
         if moves(particle) {
-            let still = state.velocity().length() < rest.speed;
+            let still = state.velocity().length() < sleep.speed;
             particle.still_time = if still { particle.still_time + dt } else { 0.0 };
             if state.inverse_mass() <= 0.0 && state.velocity() != Vec3::ZERO {
                 carried.push(particle.strand);
@@ -142,7 +142,7 @@ fn keep_awake(
     for (solver_row, body) in met.map(|m| (m.solver_row, m.body)).chain(held) {
         let particle = particles.at(solver_row);
         let is_carried = || carried.binary_search(&particle.strand).is_ok();
-        if moves(particle) && (particle.still_time < rest.time || is_carried()) {
+        if moves(particle) && (particle.still_time < sleep.time || is_carried()) {
             let body = bodies.at_mut(body);
             body.sleep.still_time = if body.is_dynamic() { 0.0 } else { body.sleep.still_time };
         }
@@ -177,12 +177,12 @@ fn tear(particles: &mut Particles, h: f32, torn: &mut Vec<LinkTear>) {
 /// Freezes strands that were still for long enough and that no awake body touches.
 fn freeze(
     ctx: &StepContext,
-    rest: &SleepConfig,
+    sleep: &SleepConfig,
     particles: &mut Particles,
     bodies: &Bodies,
     stage: &mut Stage,
 ) {
-    if !rest.enabled {
+    if !sleep.enabled {
         return;
     }
     particles.find_strands();
@@ -196,7 +196,7 @@ fn freeze(
             let minimum = &mut still[particle.strand as usize];
             let moved = state.inverse_mass() <= 0.0 && state.velocity() != Vec3::ZERO;
             *minimum = minimum.min(if moved { 0.0 } else { particle.still_time });
-            any |= particle.still_time >= rest.time;
+            any |= particle.still_time >= sleep.time;
         }
     }
     if !any {
@@ -213,7 +213,7 @@ fn freeze(
     for (row, state) in rows.values_mut().iter_mut().zip(&mut states[1..]) {
         if let Some(particle) = row
             && moves(particle)
-            && still[particle.strand as usize] >= rest.time
+            && still[particle.strand as usize] >= sleep.time
         {
             particle.frozen = true;
             state.set_velocity(Vec3::ZERO);

@@ -180,7 +180,7 @@ pub(super) fn freeze(
     let may = &s.may;
     s.rows.retain(|row| may[*row as usize]);
     note_loads(ctx, &s.rows, sets);
-    sets.rest(&s.rows);
+    sets.put_to_sleep(&s.rows);
 }
 
 /// Stores the loads of the awake ones of these bodies, which are about to rest.

@@ -341,7 +341,7 @@ impl Solver<'_> {
     fn take_part_of_joints(&self, group: &Group, bounds: &mut [Bound]) {
         let blocks = |of: &Layout, batches: &core::ops::Range<usize>| of.blocks_of(batches);
         for i in blocks(&self.plan.joints, &group.joints) {
-            let (block, rest) = (self.joint.blocks.row(i), self.joint.extras.row(i));
+            let (block, extra) = (self.joint.blocks.row(i), self.joint.extras.row(i));
             for lane in 0..LANES {
                 let ends = [block.row_a[lane], block.row_b[lane]];
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
@@ -350,7 +350,7 @@ impl Solver<'_> {
                     &mut block.impulse,
                     &mut block.carried_a,
                     &mut block.carried_b,
-                    &mut rest.carried,
+                    &mut extra.carried,
                 ] {
                     of.iter_mut().for_each(|p| take(p, lane, part));
                 }
@@ -362,7 +362,7 @@ impl Solver<'_> {
                 let ends = [block.row_a[lane], block.row_b[lane]];
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
                 let part = bound.part as f32;
-                for of in [&mut block.held, &mut block.friction, &mut block.limit] {
+                for of in [&mut block.lock_or_drive, &mut block.friction, &mut block.limit] {
                     of.iter_mut().for_each(|p| take(p, lane, part));
                 }
                 for of in [

@@ -167,8 +167,8 @@ impl Solver<'_> {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
                 let is_distance = batch.class == DISTANCE;
-                let (block, rest) = (self.joint.blocks.read(i), self.joint.extras.read(i));
-                let force = if is_distance { &rest.carried } else { &block.impulse };
+                let (block, extra) = (self.joint.blocks.read(i), self.joint.extras.read(i));
+                let force = if is_distance { &extra.carried } else { &block.impulse };
                 self.joint.tallies.row(i).add(force, &[[0.0; LANES]; 3], when);
             }
         }

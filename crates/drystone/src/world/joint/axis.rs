@@ -8,7 +8,7 @@ use crate::state::def::DefError;
 use crate::state::def::axis::Axis;
 use crate::state::def::six_dof::{JointAxis, JointDrive, JointMotion, JointSpring};
 use crate::state::joints::Link;
-use crate::state::six_dof::{SixDofJoint, Turns};
+use crate::state::six_dof::{JointAngles, SixDofJoint};
 
 /// One axis of a joint of six axes, read-only: a hinge's rotation, a slider's translation, the
 /// spring of a wheel.
@@ -69,7 +69,7 @@ impl<'w> AxisRef<'w> {
     pub fn position(&self) -> f32 {
         let (i, bodies) = (self.axis.index(), &self.joint.tables.bodies);
         if i > 3 && self.six_dof.def.cone.is_some() {
-            let turns = self.turns();
+            let turns = self.joint_angles();
             return turns.angles[1] * turns.swing[i - 4];
         }
         #[expect(clippy::cast_possible_truncation, reason = "a coordinate, as all of them are")]
@@ -104,7 +104,7 @@ impl<'w> AxisRef<'w> {
             let a = self.joint.tables.bodies.at(self.joint.joint.body_a);
             return (a.rotation * self.six_dof.def.frame_a).rotate([Vec3::X, Vec3::Y, Vec3::Z][i]);
         }
-        let Turns { rows, swing: [y, z], .. } = self.turns();
+        let JointAngles { rows, swing: [y, z], .. } = self.joint_angles();
         match (self.axis, self.six_dof.def.cone) {
             (Axis::TurnY, Some(_)) => rows[1] * y - rows[2] * z,
             (Axis::TurnZ, Some(_)) => rows[1] * z + rows[2] * y,
@@ -138,11 +138,11 @@ impl<'w> AxisRef<'w> {
     #[must_use]
     pub fn drive_force(&self) -> f32 {
         let (def, i) = (self.def(), self.axis.index());
-        if def.held().is_some() || def.drive.is_none() {
+        if def.locked_at().is_some() || def.drive.is_none() {
             return 0.0;
         }
-        let held = &self.six_dof.state.held;
-        let [y, z] = self.turns().swing;
+        let held = &self.six_dof.state.lock_or_drive;
+        let [y, z] = self.joint_angles().swing;
         let impulse = match (self.axis, self.six_dof.def.cone) {
             (Axis::TurnY, Some(_)) => held[4] * y - held[5] * z,
             (Axis::TurnZ, Some(_)) => held[4] * z + held[5] * y,
@@ -151,10 +151,10 @@ impl<'w> AxisRef<'w> {
         self.joint.per_time(Vec3::X * impulse).x
     }
 
-    fn turns(&self) -> Turns {
+    fn joint_angles(&self) -> JointAngles {
         let bodies = &self.joint.tables.bodies;
         let [a, b] = [self.joint.joint.body_a, self.joint.joint.body_b].map(|row| bodies.at(row));
-        self.six_dof.turns(a.rotation, b.rotation)
+        self.six_dof.joint_angles(a.rotation, b.rotation)
     }
 }
 

@@ -22,7 +22,8 @@ const GRAIN: f32 = 1.0e-6;
 pub(crate) struct Reach {
     /// Maximum separation of a contact point, in any direction of motion [m].
     pub(crate) margin: f32,
-    /// Maximum distance of a triangle over the motion `displacement`; farther triangles are left out [m].
+    /// Maximum distance of a triangle over the motion `displacement`; farther triangles are left
+    /// out [m].
     pub(crate) rest: f32,
     /// Expected motion of the solid's center relative to the mesh in this step
     /// [m, frame of the mesh].

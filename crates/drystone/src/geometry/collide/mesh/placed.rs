@@ -253,8 +253,8 @@ impl<'a> PlacedHull<'a> {
         face
     }
 
-    /// Finds the vertices over the triangle with a distance of at least `minimum` [m]; 0: apart ones
-    /// only.
+    /// Finds the vertices over the triangle with a distance of at least `minimum` [m]; 0: apart
+    /// ones only.
     #[inline(always)]
     pub(super) fn find_vertices_over<S: Simd>(
         &mut self,

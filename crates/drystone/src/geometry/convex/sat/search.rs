@@ -246,8 +246,8 @@ impl<'a> Pair<'a> {
         in_order(face_x, if is_any { face_y } else { FaceAxis::NONE }, near_x, near_y)
     }
 
-    /// Returns the pair of edges with the largest separation, if that is more than `minimum`. `known`
-    /// is one of the pairs; `near` holds the points that decide which pairs may be better.
+    /// Returns the pair of edges with the largest separation, if that is more than `minimum`.
+    /// `known` is one of the pairs; `near` holds the points that decide which pairs may be better.
     #[inline(always)]
     fn edges<S: Simd>(
         &self,

@@ -8,7 +8,7 @@
 //! full.
 
 use super::budget::{POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
-use super::skyline::SIX;
+use super::skyline::SIX_DOF;
 use super::{Analytic, MIN_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
 
 /// Limits: rounds of impulses, Newton steps in a round, halvings of such a step.
@@ -29,14 +29,14 @@ pub(crate) struct Whole {
     /// Effect of the impulses less the present velocity change, and the Newton step from there.
     error: Vec<f64>,
     step: Vec<f64>,
-    start: Vec<[f64; SIX]>,
+    start: Vec<[f64; SIX_DOF]>,
 }
 
 impl Analytic {
     /// Runs Newton's method for velocities and slips together, from the current state.
     pub(crate) fn take_implicit(&mut self, scale: f64) -> Outcome {
         let mut outcome = Outcome { residual: self.residual() / scale, ..Outcome::default() };
-        if SIX * self.y.len() > MAX_UNKNOWNS {
+        if SIX_DOF * self.y.len() > MAX_UNKNOWNS {
             return outcome;
         }
         let mut stiffness = STIFFNESS;
@@ -78,7 +78,7 @@ impl Analytic {
     fn settle(&mut self, stiffness: f64, tolerance: f64) -> (u32, bool) {
         // Work of a factorization without symmetry.
         #[expect(clippy::cast_precision_loss, reason = "at most 600")]
-        let unknowns = (SIX * self.y.len()) as f64;
+        let unknowns = (SIX_DOF * self.y.len()) as f64;
         for solves in 0..NEWTON {
             if !self.budget.allows(POINT_SOLVE, unknowns * unknowns * unknowns / 3.0) {
                 return (solves, false);
@@ -127,20 +127,20 @@ impl Analytic {
 
 /// Argument of the projection, with the slip of these velocities; velocity along the surface;
 /// stiffness.
-fn reach(p: &Point, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], [f64; 2], f64) {
+fn reach(p: &Point, y: &[[f64; SIX_DOF]], stiffness: f64) -> ([f64; 3], [f64; 2], f64) {
     let ([n, a, b], rho) = p.reach(y, stiffness);
     let [_, x, z] = p.velocities(y);
     let slip = p.mu * (x * x + z * z).sqrt();
     ([n + rho * (p.slip - slip), a, b], [x, z], rho)
 }
 
-fn pressed(p: &Point, y: &[[f64; SIX]], stiffness: f64) -> [f64; 3] {
+fn pressed(p: &Point, y: &[[f64; SIX_DOF]], stiffness: f64) -> [f64; 3] {
     onto_cone(p.mu, reach(p, y, stiffness).0)
 }
 
 /// Row of the first unknown of a body; none for a body that does not move.
 fn first_row(body: u32, bodies: usize) -> Option<usize> {
-    ((body as usize) < bodies).then_some(SIX * body as usize)
+    ((body as usize) < bodies).then_some(SIX_DOF * body as usize)
 }
 
 impl Whole {
@@ -148,8 +148,8 @@ impl Whole {
     fn rate(
         &mut self,
         points: &[Point],
-        y: &[[f64; SIX]],
-        free: &[[f64; SIX]],
+        y: &[[f64; SIX_DOF]],
+        free: &[[f64; SIX_DOF]],
         stiffness: f64,
     ) -> f64 {
         self.error.clear();
@@ -158,7 +158,7 @@ impl Whole {
             let impulse = pressed(p, y, stiffness);
             for side in 0..2 {
                 let Some(at) = first_row(p.bodies[side], y.len()) else { continue };
-                let part = &mut self.error[at..at + SIX];
+                let part = &mut self.error[at..at + SIX_DOF];
                 for (row, j) in p.rows.iter().zip(impulse) {
                     for (e, g) in part.iter_mut().zip(&row.g[side]) {
                         *e += j * g;
@@ -170,7 +170,7 @@ impl Whole {
     }
 
     /// Fills the matrix of the step: I + Σ Gᵀ P' ρ (1 + μ n tᵀ) G.
-    fn fill(&mut self, points: &[Point], y: &[[f64; SIX]], stiffness: f64) {
+    fn fill(&mut self, points: &[Point], y: &[[f64; SIX_DOF]], stiffness: f64) {
         let n = self.error.len();
         self.matrix.clear();
         self.matrix.resize(n * n, 0.0);
@@ -191,7 +191,7 @@ impl Whole {
             });
             for by in 0..2 {
                 let Some(column) = first_row(p.bodies[by], y.len()) else { continue };
-                let mut through = [[0.0; SIX]; 3];
+                let mut through = [[0.0; SIX_DOF]; 3];
                 for (to, w) in through.iter_mut().zip(&weight) {
                     for (row, w) in p.rows.iter().zip(w) {
                         for (t, g) in to.iter_mut().zip(&row.g[by]) {
@@ -201,8 +201,8 @@ impl Whole {
                 }
                 for of in 0..2 {
                     let Some(first) = first_row(p.bodies[of], y.len()) else { continue };
-                    for i in 0..SIX {
-                        let line = &mut self.matrix[(first + i) * n + column..][..SIX];
+                    for i in 0..SIX_DOF {
+                        let line = &mut self.matrix[(first + i) * n + column..][..SIX_DOF];
                         for (row, through) in p.rows.iter().zip(&through) {
                             let g = row.g[of][i];
                             for (value, t) in line.iter_mut().zip(through) {

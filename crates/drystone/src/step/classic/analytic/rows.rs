@@ -3,14 +3,14 @@
 use crate::base::double::{DVec3, greater};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::step::classic::analytic::skyline::{SIX, Skyline};
+use crate::step::classic::analytic::skyline::{SIX_DOF, Skyline};
 
 /// A direction of a point in whitened velocities, y with v = v₁ + W y and W Wᵀ = M⁻¹. Its row is
 /// also its response, with one part for each body.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Row {
     pub(crate) d: DVec3,
-    pub(crate) g: [[f64; SIX]; 2],
+    pub(crate) g: [[f64; SIX_DOF]; 2],
     /// Velocity along the direction for y = 0.
     pub(crate) u: f64,
     pub(crate) impulse: f64,
@@ -65,9 +65,9 @@ pub(super) fn each(a: DVec3, b: DVec3) -> DVec3 {
     DVec3 { x: a.x * b.x, y: a.y * b.y, z: a.z * b.z }
 }
 
-pub(super) fn dot(a: &[f64; SIX], b: &[f64; SIX]) -> f64 {
+pub(super) fn dot(a: &[f64; SIX_DOF], b: &[f64; SIX_DOF]) -> f64 {
     let mut sum = 0.0;
-    for i in 0..SIX {
+    for i in 0..SIX_DOF {
         sum += a[i] * b[i];
     }
     sum
@@ -79,12 +79,12 @@ pub(super) fn response(of: &Row, by: &Row) -> f64 {
 }
 
 /// Component of a change of whitened velocities along a row.
-pub(super) fn along(row: &Row, bodies: [u32; 2], y: &[[f64; SIX]]) -> f64 {
+pub(super) fn along(row: &Row, bodies: [u32; 2], y: &[[f64; SIX_DOF]]) -> f64 {
     let part = |side: usize| y.get(bodies[side] as usize).map_or(0.0, |y| dot(&row.g[side], y));
     part(0) + part(1)
 }
 
-pub(super) fn inner(a: &[[f64; SIX]], b: &[[f64; SIX]]) -> f64 {
+pub(super) fn inner(a: &[[f64; SIX_DOF]], b: &[[f64; SIX_DOF]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
 }
 
@@ -102,7 +102,7 @@ pub(super) fn onto_cone(mu: f64, [n, x, z]: [f64; 3]) -> [f64; 3] {
 }
 
 impl Point {
-    pub(crate) fn velocities(&self, y: &[[f64; SIX]]) -> [f64; 3] {
+    pub(crate) fn velocities(&self, y: &[[f64; SIX_DOF]]) -> [f64; 3] {
         [0, 1, 2].map(|i| self.rows[i].u + along(&self.rows[i], self.bodies, y))
     }
 
@@ -112,7 +112,7 @@ impl Point {
     }
 
     /// Argument of the projection, and the stiffness.
-    pub(crate) fn reach(&self, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], f64) {
+    pub(crate) fn reach(&self, y: &[[f64; SIX_DOF]], stiffness: f64) -> ([f64; 3], f64) {
         let rho = stiffness / greater(self.normal, greater(self.tangent[0], self.tangent[1]));
         let [n, t1, t2] = self.velocities(y);
         let i = self.rows.map(|r| r.impulse);
@@ -120,12 +120,12 @@ impl Point {
     }
 
     /// The impulses of the round for these velocities.
-    pub(crate) fn projected(&self, y: &[[f64; SIX]], stiffness: f64) -> [f64; 3] {
+    pub(crate) fn projected(&self, y: &[[f64; SIX_DOF]], stiffness: f64) -> [f64; 3] {
         onto_cone(self.mu, self.reach(y, stiffness).0)
     }
 
     /// Adds the effect of impulses to the velocities.
-    pub(crate) fn push(&self, impulses: [f64; 3], y: &mut [[f64; SIX]]) {
+    pub(crate) fn push(&self, impulses: [f64; 3], y: &mut [[f64; SIX_DOF]]) {
         for side in 0..2 {
             let Some(y) = y.get_mut(self.bodies[side] as usize) else { continue };
             for (row, impulse) in self.rows.iter().zip(impulses) {
@@ -137,7 +137,7 @@ impl Point {
     }
 
     /// Adds the second derivatives of its part of the convex function.
-    pub(crate) fn stiffen(&self, y: &[[f64; SIX]], stiffness: f64, matrix: &mut Skyline) {
+    pub(crate) fn stiffen(&self, y: &[[f64; SIX_DOF]], stiffness: f64, matrix: &mut Skyline) {
         let (mu, ([n, x, z], rho)) = (self.mu, self.reach(y, stiffness));
         let size = (x * x + z * z).sqrt();
         if mu * size <= -n {
@@ -156,11 +156,11 @@ impl Point {
         }
     }
 
-    fn combined(&self, parts: [f64; 3]) -> [[f64; SIX]; 2] {
-        let mut g = [[0.0; SIX]; 2];
+    fn combined(&self, parts: [f64; 3]) -> [[f64; SIX_DOF]; 2] {
+        let mut g = [[0.0; SIX_DOF]; 2];
         for (row, part) in self.rows.iter().zip(parts) {
             for side in 0..2 {
-                for i in 0..SIX {
+                for i in 0..SIX_DOF {
                     g[side][i] += part * row.g[side][i];
                 }
             }
@@ -170,7 +170,7 @@ impl Point {
 
     /// The impulses of this point if all others stayed unchanged, the resulting change of its
     /// velocity, and the coefficient of friction that limits it.
-    pub(crate) fn alone(&self, y: &[[f64; SIX]]) -> ([f64; 3], f64, f64) {
+    pub(crate) fn alone(&self, y: &[[f64; SIX_DOF]]) -> ([f64; 3], f64, f64) {
         let now = self.rows.map(|r| r.impulse);
         let (mut u, [a, d]) = (self.velocities(y), self.tangent);
         let press = (now[0] - (u[0] - self.target) / self.normal).max(0.0);

@@ -4,7 +4,7 @@
 use crate::base::double::lesser;
 
 /// Rows of a body.
-pub(crate) const SIX: usize = 6;
+pub(crate) const SIX_DOF: usize = 6;
 
 /// Maximum multiplications of a factorization: a fifth of a second.
 const MAX_WORK: f64 = 2.0e8;
@@ -57,9 +57,9 @@ impl Skyline {
                 .iter()
                 .map(|(_, other)| self.place[*other as usize] as usize)
                 .fold(i, usize::min);
-            for k in 0..SIX {
-                let width = SIX * (i - lowest) + k + 1;
-                self.first.push(SIX * lowest);
+            for k in 0..SIX_DOF {
+                let width = SIX_DOF * (i - lowest) + k + 1;
+                self.first.push(SIX_DOF * lowest);
                 self.start.push(size);
                 size += width;
                 #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
@@ -127,7 +127,7 @@ impl Skyline {
 
     /// Adds `weight` times the outer product of a row that is `g` on these bodies; a body out of
     /// range is skipped.
-    pub(crate) fn add(&mut self, weight: f64, bodies: [u32; 2], g: &[[f64; SIX]; 2]) {
+    pub(crate) fn add(&mut self, weight: f64, bodies: [u32; 2], g: &[[f64; SIX_DOF]; 2]) {
         for (i, of) in bodies.iter().enumerate() {
             for (j, by) in bodies.iter().enumerate() {
                 let (Some(of), Some(by)) =
@@ -138,10 +138,10 @@ impl Skyline {
                 if by > of {
                     continue;
                 }
-                for k in 0..SIX {
-                    let row = SIX * *of as usize + k;
-                    let at = self.start[row] + SIX * *by as usize - self.first[row];
-                    let maximum = if by == of { k + 1 } else { SIX };
+                for k in 0..SIX_DOF {
+                    let row = SIX_DOF * *of as usize + k;
+                    let at = self.start[row] + SIX_DOF * *by as usize - self.first[row];
+                    let maximum = if by == of { k + 1 } else { SIX_DOF };
                     for (value, x) in self.values[at..at + maximum].iter_mut().zip(&g[j]) {
                         *value += weight * g[i][k] * x;
                     }
@@ -152,7 +152,7 @@ impl Skyline {
 
     /// Factorizes and solves: `x`, six numbers for each body, is the right side and becomes the
     /// solution. False if a pivot is not positive.
-    pub(crate) fn solve(&mut self, x: &mut [[f64; SIX]], flat: &mut Vec<f64>) -> bool {
+    pub(crate) fn solve(&mut self, x: &mut [[f64; SIX_DOF]], flat: &mut Vec<f64>) -> bool {
         let n = self.first.len();
         for i in 0..n {
             let (above, row) = self.values.split_at_mut(self.start[i]);
@@ -186,7 +186,7 @@ impl Skyline {
                 *y -= value * l;
             }
         }
-        for (part, body) in flat.chunks_exact(SIX).zip(&self.queue) {
+        for (part, body) in flat.chunks_exact(SIX_DOF).zip(&self.queue) {
             x[*body as usize].copy_from_slice(part);
         }
         true
@@ -211,7 +211,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{SIX, Skyline};
+    use super::{SIX_DOF, Skyline};
 
     #[test]
     fn it_solves_what_a_full_matrix_would() {
@@ -231,10 +231,10 @@ mod tests {
         };
         let rows: Vec<(u32, u32)> = couplings.into_iter().chain([(5, u32::MAX), (0, 3)]).collect();
         for (a, b) in rows {
-            let g = [[(); SIX]; 2].map(|side| side.map(|()| number()));
+            let g = [[(); SIX_DOF]; 2].map(|side| side.map(|()| number()));
             matrix.add(30.0, [a, b], &g);
             let dense = |i: usize| {
-                let (body, k) = (i / SIX, i % SIX);
+                let (body, k) = (i / SIX_DOF, i % SIX_DOF);
                 [a, b]
                     .iter()
                     .zip(&g)
@@ -248,7 +248,7 @@ mod tests {
                 }
             }
         }
-        let right: Vec<[f64; SIX]> = (0..6).map(|_| [(); SIX].map(|()| number())).collect();
+        let right: Vec<[f64; SIX_DOF]> = (0..6).map(|_| [(); SIX_DOF].map(|()| number())).collect();
         let mut x = right.clone();
         assert!(matrix.solve(&mut x, &mut Vec::new()));
         let x: Vec<f64> = x.into_iter().flatten().collect();
@@ -263,7 +263,7 @@ mod tests {
     fn a_column_is_narrow_and_a_crowd_is_too_large() {
         let mut matrix = Skyline::default();
         assert!(matrix.shape(1000, (0..999).map(|i| (i, i + 1))));
-        assert!(matrix.values.len() < 1000 * SIX * 2 * SIX);
+        assert!(matrix.values.len() < 1000 * SIX_DOF * 2 * SIX_DOF);
         let all = (0..200_u32).flat_map(|i| (0..i).map(move |j| (i, j)));
         assert!(!matrix.shape(200, all));
     }

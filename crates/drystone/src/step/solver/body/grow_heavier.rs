@@ -6,9 +6,9 @@
 //! the bodies below infinitely heavy [Guendelman03]; this is a bounded version of it.
 //!
 //! A body under a squeeze of more than a few times its weight has mass and inertia multiplied by s,
-//! 1 to `maximum`, within the solver. Forces on it keep their size, so its acceleration is divided by
-//! s. Statics do not depend on mass: loads and the limits of friction and tipping stay exact. Only
-//! the response to a change is slower. See docs/decisions/015-load-adaptive-inertia.md for the
+//! 1 to `maximum`, within the solver. Forces on it keep their size, so its acceleration is divided
+//! by s. Statics do not depend on mass: loads and the limits of friction and tipping stay exact.
+//! Only the response to a change is slower. See docs/decisions/015-load-adaptive-inertia.md for the
 //! effect of each number below.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 

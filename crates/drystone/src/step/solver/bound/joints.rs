@@ -24,13 +24,13 @@ impl Solver<'_> {
         let inv_h = f64::from(sweep.inv_h);
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
-                let (block, rest) = (self.joint.blocks.read(i), self.joint.extras.read(i));
+                let (block, extra) = (self.joint.blocks.read(i), self.joint.extras.read(i));
                 for lane in 0..LANES {
                     let ends = [block.row_a[lane], block.row_b[lane]];
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
                     let [a, b] = ends.map(|solver_row| self.side(solver_row));
                     let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
-                    let drift = if batch.fixed { vector(&rest.drift, lane) } else { DVec3::ZERO };
+                    let drift = if batch.fixed { vector(&extra.drift, lane) } else { DVec3::ZERO };
                     let gap = vector(&block.gap, lane)
                         + (b.moved - a.moved)
                         + (shift(b.turn, rb) - shift(a.turn, ra))
@@ -46,7 +46,7 @@ impl Solver<'_> {
                     let slip = speeds(|k| {
                         (b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra)).length()
                     });
-                    let limits = at(&rest.limits, lane);
+                    let limits = at(&extra.limits, lane);
                     for (p, error) in [
                         (impulse.x, f64::from(limits.x) - length),
                         (impulse.y, length - f64::from(limits.y)),
@@ -55,7 +55,7 @@ impl Solver<'_> {
                         bound.close(f64::from(p), speed, 0);
                         bound.drive(p, drift.length());
                     }
-                    let spring = at(&rest.spring, lane);
+                    let spring = at(&extra.spring, lane);
                     let square = f64::from(spring.x) * inv_h / f64::from(spring.z);
                     let off = length - f64::from(limits.z);
                     let maximum = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
@@ -76,7 +76,7 @@ impl Solver<'_> {
                 let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
                 let ends = ends.map(|solver_row| self.side(solver_row));
                 let acting = core::array::from_fn(|axis| {
-                    [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane])
+                    [&block.lock_or_drive, &block.friction, &block.limit].map(|of| of[axis][lane])
                 });
                 ask_six_dof((block, lane), ends, &acting, true, sweep, bound);
             }

@@ -153,7 +153,7 @@ impl<'a> Raw<'a> {
             return;
         }
         let ends = bodies.map(|row| source.bodies.at(row));
-        if !narrowphase::turns::corotates(source.ctx, c, ends) {
+        if !narrowphase::turning::corotates(source.ctx, c, ends) {
             return;
         }
         let turns = self.turns.get_or_insert([[[0.0; LANES]; 3]; 2]);

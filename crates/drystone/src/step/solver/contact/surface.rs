@@ -192,7 +192,7 @@ pub(crate) fn may_impact(source: &Source<'_>, raw: &Raw<'_>, owners: &[u32; LANE
     let mut lanes = 0;
     for (lane, (row, c)) in owners.iter().zip(raw.contacts).enumerate() {
         let ends = [c.body_a, c.body_b].map(|body| source.bodies.at(body));
-        let is_one = *row != u32::MAX && narrowphase::turns::may_impact(source.ctx, c, ends);
+        let is_one = *row != u32::MAX && narrowphase::turning::may_impact(source.ctx, c, ends);
         lanes |= u8::from(is_one) << lane;
     }
     lanes

@@ -38,7 +38,7 @@ impl Solver<'_> {
             h: ctx.h,
             kicked,
             minimum: ctx.restitution_speed,
-            impact_speed: narrowphase::turns::IMPACT_SPEED * ctx.length,
+            impact_speed: narrowphase::turning::IMPACT_SPEED * ctx.length,
             still: STILL * ctx.length,
             push: ctx.push_speed,
         };

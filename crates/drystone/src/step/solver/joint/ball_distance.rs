@@ -17,7 +17,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::block::{JointBlock, JointExtra};
 use super::root::{Root, RootRows};
-use super::sweep::{JointSweep, Turn, bend};
+use super::sweep::{JointSweep, Rotation, bend};
 use crate::base::simd::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
 use crate::base::threads::disjoint::{Next, ReadRows, Rows};
 use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
@@ -26,7 +26,7 @@ use crate::step::solver_body::{SolverBody, Velocity, store_velocity};
 #[derive(Clone, Copy)]
 pub(crate) struct Ahead<'a> {
     pub(crate) block: Next<'a, JointBlock>,
-    pub(crate) rest: Next<'a, JointExtra>,
+    pub(crate) extra: Next<'a, JointExtra>,
 }
 
 impl Ahead<'_> {
@@ -35,7 +35,7 @@ impl Ahead<'_> {
     fn ask<S: Simd, R: Root<S>>(&self, half: usize) {
         const LINES: usize = size_of::<JointBlock>() / 64;
         self.block.ask(half * LINES / 2..(half + 1) * LINES / 2);
-        self.rest.ask(half * R::REST_LINES / 2..(half + 1) * R::REST_LINES / 2);
+        self.extra.ask(half * R::REST_LINES / 2..(half + 1) * R::REST_LINES / 2);
     }
 }
 
@@ -56,25 +56,25 @@ struct State<S: Simd, R: Root<S>> {
 #[inline(always)]
 fn read<S: Simd, R: Root<S>>(
     simd: S,
-    (block, rest): (&JointBlock, &JointExtra),
+    (block, extra): (&JointBlock, &JointExtra),
     fixed: bool,
     solver_bodies: &ReadRows<'_, SolverBody>,
     sweep: &JointSweep,
 ) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let [sa, sb] = R::pair(simd, block, rest);
+    let [sa, sb] = R::pair(simd, block, extra);
     let (va, xa) = sweep.read(simd, solver_bodies, &block.row_a);
     let (vb, xb) = sweep.read(simd, solver_bodies, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
     // An exact rotation: to second order a lever arm would grow by an eighth at one radian per
     // step.
-    let (to_a, to_b) = (Turn::new(simd, sa.mul(xa.w)), Turn::new(simd, sb.mul(xb.w)));
+    let (to_a, to_b) = (Rotation::new(simd, sa.mul(xa.w)), Rotation::new(simd, sb.mul(xb.w)));
     let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
     let (ra, rb) = (r0a + shift_a, r0b + shift_b);
     let mut gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha + (shift_b - shift_a);
     let mut drift = Vec3w::zero(simd);
     if fixed {
-        drift = Vec3w::load(simd, &rest.drift);
+        drift = Vec3w::load(simd, &extra.drift);
         gap = gap + drift * splat(simd, sweep.elapsed);
     }
     State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
@@ -133,14 +133,14 @@ impl<S: Simd, R: Root<S>> State<S, R> {
 #[inline(always)]
 pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     simd: S,
-    (block, rest): (&mut JointBlock, &JointExtra),
+    (block, extra): (&mut JointBlock, &JointExtra),
     next: Ahead<'_>,
     fixed: bool,
     solver_bodies: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
     next.ask::<S, R>(0);
-    let mut q = read::<S, R>(simd, (block, rest), fixed, solver_bodies, sweep);
+    let mut q = read::<S, R>(simd, (block, extra), fixed, solver_bodies, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
         // The bodies carry the linear part unchanged.
@@ -182,7 +182,7 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
 #[inline(always)]
 pub(crate) fn solve_distance<S: Simd>(
     simd: S,
-    (block, rest): (&mut JointBlock, &mut JointExtra),
+    (block, extra): (&mut JointBlock, &mut JointExtra),
     next: Ahead<'_>,
     fixed: bool,
     solver_bodies: &Rows<'_, SolverBody>,
@@ -190,7 +190,7 @@ pub(crate) fn solve_distance<S: Simd>(
 ) {
     next.ask::<S, Sym3w<S>>(0);
     next.ask::<S, Sym3w<S>>(1);
-    let mut q = read::<S, Sym3w<S>>(simd, (block, rest), fixed, solver_bodies, sweep);
+    let mut q = read::<S, Sym3w<S>>(simd, (block, extra), fixed, solver_bodies, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));
@@ -202,7 +202,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
     let mass = select(above(k, zero), one / k, zero);
     let Vec3w { x: i0, y: i1, z: i2 } = Vec3w::load(simd, &block.impulse);
-    let carried = Vec3w::load(simd, &rest.carried);
+    let carried = Vec3w::load(simd, &extra.carried);
     if !sweep.is_relax {
         let p = n * (i0 - i1 + i2);
         q.va.v = q.va.v - (p - carried) * q.alpha;
@@ -216,8 +216,8 @@ pub(crate) fn solve_distance<S: Simd>(
     let across = h * splat(simd, 0.5) * (slip.dot(slip) - along * along) * scale;
     let across = across / (one + across * h * splat(simd, 0.5) * scale);
     let mut vn = along + n.dot(bend) + across;
-    let Vec3w { x: minimum, y: maximum, z: unstrained } = Vec3w::load(simd, &rest.limits);
-    let Vec3w { x: rate, y: soft, z: leak } = Vec3w::load(simd, &rest.spring);
+    let Vec3w { x: minimum, y: maximum, z: unstrained } = Vec3w::load(simd, &extra.limits);
+    let Vec3w { x: rate, y: soft, z: leak } = Vec3w::load(simd, &extra.spring);
     let s = &sweep.softness;
     let (rigid_rate, rigid_mass, rigid_leak) =
         (splat(simd, s.rate), splat(simd, s.mass), splat(simd, s.impulse));
@@ -255,10 +255,10 @@ pub(crate) fn solve_distance<S: Simd>(
     pushed -= n1 - i1;
 
     if sweep.is_relax {
-        (carried + n * pushed).store(&mut rest.carried);
+        (carried + n * pushed).store(&mut extra.carried);
         q.carry_more(simd, block, n * pushed);
     } else {
-        (n * (n0 - n1 + n2)).store(&mut rest.carried);
+        (n * (n0 - n1 + n2)).store(&mut extra.carried);
         q.carry(block, n * (n0 - n1 + n2));
     }
     n0.store_array(&mut block.impulse[0]);

@@ -393,7 +393,7 @@ impl End {
         let [a, b] = of.map(|row| bodies.at(row));
         let r = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
         let axes = (a.rotation * six_dof.def.frame_a).to_mat3();
-        let turns = six_dof.turns(a.rotation, b.rotation);
+        let turns = six_dof.joint_angles(a.rotation, b.rotation);
         let is_turn = axis > 2;
         let direction = if is_turn { turns.rows[axis - 3] } else { [axes.x, axes.y, axes.z][axis] };
         let gap = (b.center - a.center) + (r[1] - r[0]);

@@ -38,18 +38,18 @@ impl Solver<'_> {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let (block, rest) = (self.joint.blocks.row(i), self.joint.extras.row(i));
-                    let next = Ahead { block: self.joint.blocks.after(i), rest: self.joint.extras.after(i) };
+                    let (block, extra) = (self.joint.blocks.row(i), self.joint.extras.row(i));
+                    let next = Ahead { block: self.joint.blocks.after(i), extra: self.joint.extras.after(i) };
                     if block.is_empty() {
                         continue;
                     }
                     let (fixed, solver_bodies) = (batch.fixed, &self.body.solver_bodies);
                     if batch.class == DISTANCE {
-                        ball_distance::solve_distance(simd, (block, rest), next, fixed, solver_bodies, sweep);
+                        ball_distance::solve_distance(simd, (block, extra), next, fixed, solver_bodies, sweep);
                     } else if block.is_round() {
-                        ball_distance::solve_ball::<_, Roundw<_>>(simd, (block, rest), next, fixed, solver_bodies, sweep);
+                        ball_distance::solve_ball::<_, Roundw<_>>(simd, (block, extra), next, fixed, solver_bodies, sweep);
                     } else {
-                        ball_distance::solve_ball::<_, Sym3w<_>>(simd, (block, rest), next, fixed, solver_bodies, sweep);
+                        ball_distance::solve_ball::<_, Sym3w<_>>(simd, (block, extra), next, fixed, solver_bodies, sweep);
                     }
                 }
             });
@@ -60,7 +60,7 @@ impl Solver<'_> {
     #[inline(always)]
     fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
         let owners = &self.plan.joints.owners[i];
-        let (block, rest) = (self.joint.blocks.row(i), self.joint.extras.row(i));
+        let (block, extra) = (self.joint.blocks.row(i), self.joint.extras.row(i));
         let (mut raw, mut impulses) = (Raw::default(), [[0.0; 4]; LANES]);
         self.read_joints(owners, block, &mut raw, &mut impulses);
         let (ra, rb) = (raw.arm(simd, 0), raw.arm(simd, 1));
@@ -80,16 +80,16 @@ impl Solver<'_> {
             sb.xx.store_array(&mut block.round[1]);
         } else {
             block.round[0][0] = -1.0;
-            sa.store(&mut rest.s_a);
-            sb.store(&mut rest.s_b);
+            sa.store(&mut extra.s_a);
+            sb.store(&mut extra.s_b);
         }
         if batch.fixed {
-            self.fill_drift(owners, rest);
+            self.fill_drift(owners, extra);
         }
         // The linear impulse: along the gap for a distance, in world axes for a ball.
         let linear = if batch.class == DISTANCE {
-            self.fill_distances(owners, block, rest);
-            Vec3w::load(simd, &rest.carried)
+            self.fill_distances(owners, block, extra);
+            Vec3w::load(simd, &extra.carried)
         } else {
             impulse
         };
@@ -148,7 +148,7 @@ impl Solver<'_> {
     }
 
     /// Records the speed at which kinematic bodies move the anchors apart.
-    fn fill_drift(&self, owners: &[u32; LANES], rest: &mut JointExtra) {
+    fn fill_drift(&self, owners: &[u32; LANES], extra: &mut JointExtra) {
         let speed = |row: u32, anchor: Vec3| {
             let body = self.bodies.at(row);
             let moves = !body.is_dynamic() && body.active();
@@ -159,12 +159,12 @@ impl Solver<'_> {
             let joint = self.joint(*row);
             let drift = joint
                 .map_or(Vec3::ZERO, |j| speed(j.body_b, j.anchor_b) - speed(j.body_a, j.anchor_a));
-            put(&mut rest.drift, lane, drift);
+            put(&mut extra.drift, lane, drift);
         }
     }
 
     /// Fills limits, spring and linear impulse of distances.
-    fn fill_distances(&self, owners: &[u32; LANES], block: &JointBlock, rest: &mut JointExtra) {
+    fn fill_distances(&self, owners: &[u32; LANES], block: &JointBlock, extra: &mut JointExtra) {
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);
             let (mut limits, mut soft, mut linear) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
@@ -177,9 +177,9 @@ impl Solver<'_> {
                 });
                 linear = gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z);
             }
-            put(&mut rest.limits, lane, limits);
-            put(&mut rest.spring, lane, soft);
-            put(&mut rest.carried, lane, linear);
+            put(&mut extra.limits, lane, limits);
+            put(&mut extra.spring, lane, soft);
+            put(&mut extra.carried, lane, linear);
         }
     }
 

@@ -12,7 +12,7 @@ pub(crate) trait Root<S: Simd>: Copy {
     /// Cache lines of [`JointExtra`] that a sweep reads.
     const REST_LINES: usize;
     /// S of the bodies A and B of a block.
-    fn pair(simd: S, block: &JointBlock, rest: &JointExtra) -> [Self; 2];
+    fn pair(simd: S, block: &JointBlock, extra: &JointExtra) -> [Self; 2];
     fn mul(self, v: Vec3w<S>) -> Vec3w<S>;
     /// The rows S (r × x), S (r × y), S (r × z) along the world's axes.
     type Rows: RootRows<S>;
@@ -35,8 +35,8 @@ impl<S: Simd> Root<S> for Sym3w<S> {
     const REST_LINES: usize = core::mem::offset_of!(JointExtra, drift) / 64;
     type Rows = [Vec3w<S>; 3];
     #[inline(always)]
-    fn pair(simd: S, _: &JointBlock, rest: &JointExtra) -> [Self; 2] {
-        [Self::load(simd, &rest.s_a), Self::load(simd, &rest.s_b)]
+    fn pair(simd: S, _: &JointBlock, extra: &JointExtra) -> [Self; 2] {
+        [Self::load(simd, &extra.s_a), Self::load(simd, &extra.s_b)]
     }
     #[inline(always)]
     fn mul(self, v: Vec3w<S>) -> Vec3w<S> {
@@ -171,8 +171,8 @@ mod tests {
     ) -> Vec<u32> {
         let [r, w, d] = [r, w, d].map(|v| Vec3w::load(simd, v));
         let block = JointBlock { round: [s[0]; 2], ..JointBlock::default() };
-        let rest = JointExtra { s_a: *s, s_b: *s, ..JointExtra::default() };
-        let [root, _] = R::pair(simd, &block, &rest);
+        let extra = JointExtra { s_a: *s, s_b: *s, ..JointExtra::default() };
+        let [root, _] = R::pair(simd, &block, &extra);
         let rows = root.rows(r);
         let mut out = [[[0.0; LANES]; 3]; 6];
         root.mul(w).store(&mut out[0]);

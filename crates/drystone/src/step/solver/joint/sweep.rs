@@ -11,7 +11,7 @@ use crate::step::solver_body::{SolverBody, Velocity, load_motion, load_velocity}
 
 /// A rotation by a vector of up to 2.8 rad.
 #[derive(Clone, Copy)]
-pub(crate) struct Turn<S: Simd> {
+pub(crate) struct Rotation<S: Simd> {
     /// Half the vector, and the factors on its product with a lever arm and on the product with
     /// this product.
     half: Vec3w<S>,
@@ -19,7 +19,7 @@ pub(crate) struct Turn<S: Simd> {
     twice: Wide<S>,
 }
 
-impl<S: Simd> Turn<S> {
+impl<S: Simd> Rotation<S> {
     /// Rodrigues' formula with tan y = y a/b, a = 1 - y²/9 + y⁴/945, b = 1 - 4 y²/9 + y⁴/63, which
     /// has an error of 1e-6 at 1 rad. (With integers in a and b small rotations would be rounded.)
     #[inline(always)]

@@ -18,17 +18,17 @@ pub(crate) const TREE: u8 = 2;
 pub(crate) const COUPLED: u8 = 3;
 
 /// Bit of six-axis joints.
-pub(crate) const SIX: u8 = 8;
+pub(crate) const SIX_DOF: u8 = 8;
 
 /// Bits for a drive, friction or limit on a translation, and on a rotation.
-pub(crate) const SIX_ACTS: [u8; 2] = [1, 2];
+pub(crate) const SIX_DOF_ACTS: [u8; 2] = [1, 2];
 
 /// Bit for six-axis joints whose locked axes a tree solves.
 pub(crate) const SIX_DIRECT: u8 = 4;
 
 /// Bits for a locked translation, and for a locked rotation. A spring sets neither and skips the
 /// work for locked axes.
-pub(crate) const SIX_HOLDS: [u8; 2] = [16, 32];
+pub(crate) const SIX_DOF_LOCKS: [u8; 2] = [16, 32];
 
 /// Bit for joints that lock all three translations.
 pub(crate) const SIX_ANCHORED: u8 = 64;
@@ -43,8 +43,12 @@ pub(crate) fn class_of(joint: &Joint) -> u8 {
         Link::SixDof(six_dof) => {
             let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
             let parts = six_dof.def.parts();
-            let pinned = if parts.holds_all_motions { SIX_ANCHORED } else { 0 };
-            SIX | direct | pinned | chosen(SIX_ACTS, parts.acts) | chosen(SIX_HOLDS, parts.holds)
+            let pinned = if parts.locks_all_motions { SIX_ANCHORED } else { 0 };
+            SIX_DOF
+                | direct
+                | pinned
+                | chosen(SIX_DOF_ACTS, parts.acts)
+                | chosen(SIX_DOF_LOCKS, parts.locks)
         }
     }
 }

@@ -20,7 +20,7 @@ pub(crate) mod turning;
 use self::bins::Bins;
 use self::forest::Forest;
 use self::group::{Group, number};
-use self::joint_class::{COUPLED, OFTEN, SIX, TREE, TURNING, class_of};
+use self::joint_class::{COUPLED, OFTEN, SIX_DOF, TREE, TURNING, class_of};
 use self::layout::{CLASS, GROUP, Layout, Sorter, last_row, row_key};
 use self::refine::{is_jointed, struck, subdivision_of, take_back, tumbles, was_struck, whirls};
 use self::survey::Survey;
@@ -368,7 +368,7 @@ impl Plan {
         }
         self.couplings.sort_unstable();
         self.six_dof.runs.clear();
-        self.six_dof.runs.extend(self.joints.runs.iter().filter(|run| run.class & SIX != 0));
+        self.six_dof.runs.extend(self.joints.runs.iter().filter(|run| run.class & SIX_DOF != 0));
         self.joints.runs.retain(|run| run.class < TREE);
         self.joints.lay_out(colorings);
         self.six_dof.lay_out(colorings);

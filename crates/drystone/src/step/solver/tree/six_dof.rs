@@ -1,5 +1,4 @@
-//! Six-axis joints in trees: rows of their locked axes, drives and limits. Symbols and algebra:
-//! joint/six_dof/kernel.rs, tree/sweep.rs.
+//! Six-axis joints in trees: rows of locked axes, drives and limits. Algebra: tree/sweep.rs.
 //!
 //! Drives and limits come after the locked axes of all joints, by the laws of
 //! joint/six_dof/drive.rs, each through the whole tree. The inverse mass of a drive is the tree's
@@ -110,7 +109,8 @@ impl Solver<'_> {
         let (block, lane) = self.six_dof_of(tree);
         for i in 0..row.all() {
             let axis = row.six_dof.axes[i];
-            let acting = [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane]);
+            let acting =
+                [&block.lock_or_drive, &block.friction, &block.limit].map(|of| of[axis][lane]);
             row.six_dof.acting[axis] = acting;
             row.lambda[i] = whole(acting);
         }
@@ -491,7 +491,7 @@ impl TreeRow {
             let is_held = i < self.count;
             let acting =
                 if is_held { [self.lambda[i] as f32, 0.0, 0.0] } else { six_dof.acting[axis] };
-            block.held[axis][lane] = acting[0];
+            block.lock_or_drive[axis][lane] = acting[0];
             block.friction[axis][lane] = acting[1];
             block.limit[axis][lane] = acting[2];
         }

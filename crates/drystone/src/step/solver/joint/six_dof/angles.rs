@@ -253,8 +253,8 @@ mod tests {
                     }
                 });
                 for lane in 0..LANES {
-                    let one = defs[lane].turns(frames[lane], others[lane], last);
-                    let got = six_dof::Turns {
+                    let one = defs[lane].joint_angles(frames[lane], others[lane], last);
+                    let got = six_dof::JointAngles {
                         rows: [0, 1, 2].map(|i| at(&rows[i], lane)),
                         angles: [0, 1, 2].map(|i| angles[i][lane]),
                         swing: [0, 1].map(|i| swing[i][lane]),
@@ -267,7 +267,7 @@ mod tests {
 
     /// Conditioning of a joint's angles. Universal joint: the sine of the angle between its two
     /// axes. Swing: the sines of half the swing and of its distance to opposite axes.
-    fn sharpness(def: &SixDof, turns: &six_dof::Turns) -> f32 {
+    fn sharpness(def: &SixDof, turns: &six_dof::JointAngles) -> f32 {
         match def.turning() {
             Turning::Still | Turning::Hinge(_) => 1.0,
             Turning::Universal(k) => (1.0 - turns.angles[k] * turns.angles[k]).max(0.0).sqrt(),
@@ -281,7 +281,7 @@ mod tests {
 
     /// Products of two and three unit quaternions have rounding errors of 1e-7 per product, and
     /// twice that as angles.
-    fn same(one: &six_dof::Turns, got: &six_dof::Turns, def: &SixDof) {
+    fn same(one: &six_dof::JointAngles, got: &six_dof::JointAngles, def: &SixDof) {
         let longest = one.rows.iter().map(|row| row.length()).fold(1.0, f32::max);
         let allowed = 2.0e-6 * longest * longest / sharpness(def, one).max(1.0e-6);
         let near = |a: f32, b: f32| {

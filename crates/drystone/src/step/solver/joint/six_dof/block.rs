@@ -56,7 +56,7 @@ pub(crate) struct SixDofBlock {
     pub(crate) locked: [Lanes; 6],
     pub(crate) place: [Lanes; 6],
     /// Impulse of lock or drive, of friction, and of the limit.
-    pub(crate) held: [Lanes; 6],
+    pub(crate) lock_or_drive: [Lanes; 6],
     pub(crate) friction: [Lanes; 6],
     pub(crate) limit: [Lanes; 6],
     /// The part of the warm start that the bodies carry: linear, and the moments on A and B.
@@ -66,7 +66,7 @@ pub(crate) struct SixDofBlock {
     /// Impulse about B's anchor.
     pub(crate) torque: [Lanes; 3],
     /// Some translation is locked, and some rotation.
-    pub(crate) holds: [bool; 2],
+    pub(crate) locks: [bool; 2],
     /// A drive, friction or limit acts on some translation, and on some rotation.
     pub(crate) acts: [bool; 2],
     /// Some axis has a drive or a sprung limit, which need the velocities at the start of the
@@ -90,7 +90,7 @@ impl SixDofBlock {
     /// Total impulse on an axis.
     #[inline(always)]
     pub(crate) fn pushes<S: Simd>(&self, simd: S, axis: usize) -> Wide<S> {
-        load(simd, &self.held[axis])
+        load(simd, &self.lock_or_drive[axis])
             + load(simd, &self.friction[axis])
             + load(simd, &self.limit[axis])
     }

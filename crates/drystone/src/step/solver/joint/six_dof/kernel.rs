@@ -102,7 +102,7 @@ pub(crate) fn solve<S: Simd>(
     sweep: &JointSweep,
 ) {
     let at = Placed::read(simd, block, (solver_bodies, aux), sweep);
-    let given = match (block.is_anchored, block.holds[1]) {
+    let given = match (block.is_anchored, block.locks[1]) {
         (true, true) => kernel_anchored::solve::<S, true>(simd, block, &at, sweep),
         (true, false) => kernel_anchored::solve::<S, false>(simd, block, &at, sweep),
         (false, true) => solve_loose::<S, true>(simd, block, &at, sweep),
@@ -210,15 +210,15 @@ fn solve_axes<S: Simd, const TURNS: bool>(
     let zero = splat(simd, 0.0);
     let linear = state.pair.alpha * state.pair.alpha + state.pair.beta * state.pair.beta;
     let locked = state.locked;
-    let mut held =
-        LockedAxes::<S, TURNS>::of(simd, &state.along, &state.about, &locked, block.holds[0]);
-    held.invert(simd, &locked, linear);
+    let mut locked_axes =
+        LockedAxes::<S, TURNS>::of(simd, &state.along, &state.about, &locked, block.locks[0]);
+    locked_axes.invert(simd, &locked, linear);
     // The inverse mass of each drive and limit, and the response of the locked axes to it.
     let none = Vec3w::zero(simd);
     let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
     let mut loads = [zero; 6];
     for i in 0..6 {
-        loads[i] = load(simd, &block.held[i]);
+        loads[i] = load(simd, &block.lock_or_drive[i]);
     }
     for i in 0..6 {
         if !block.acts_on(i) {
@@ -226,7 +226,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         }
         let row = state.free_row::<TURNS>(simd, i);
         let k;
-        (k, back[i]) = held.behind(&row);
+        (k, back[i]) = locked_axes.behind(&row);
         // For a rotation that the locked axes exclude completely, the remainder is rounding error.
         let minimum = row.coupling(&row) * splat(simd, 1.0e-5);
         give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, minimum), k, zero) };
@@ -234,12 +234,12 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
         let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
         for j in 0..6 {
-            if block.holds[j / 3] {
+            if block.locks[j / 3] {
                 loads[j] += parts[j];
             }
         }
     }
-    let mut given = held.solve(simd, block, &mut state.pair, &state.x, &loads, sweep);
+    let mut given = locked_axes.solve(simd, block, &mut state.pair, &state.x, &loads, sweep);
     for i in 0..6 {
         if !block.acts_on(i) {
             continue;
@@ -249,24 +249,25 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let speed = |of| if i < 3 { q.speed_along(&row, of) } else { q.speed_about(&row, of) };
         let (v, start) = (speed([&q.va, &q.vb]), speed(start));
         let felt = AxisState { k: give[i], x: state.x[i], v, start };
-        let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
+        let (drive, friction) =
+            (load(simd, &block.lock_or_drive[i]), load(simd, &block.friction[i]));
         let old = [drive, friction, load(simd, &block.limit[i])];
         let new = act(simd, block, i, old, felt, sweep);
-        new[0].store_array(&mut block.held[i]);
+        new[0].store_array(&mut block.lock_or_drive[i]);
         new[1].store_array(&mut block.friction[i]);
         new[2].store_array(&mut block.limit[i]);
         let d = (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2]);
         if i < 3 {
             q.push_along(&row, d);
-            held.answer::<true>(q, d, &back[i], &mut given);
+            locked_axes.answer::<true>(q, d, &back[i], &mut given);
         } else {
             q.push_about(&row, d);
-            held.answer::<false>(q, d, &back[i], &mut given);
+            locked_axes.answer::<false>(q, d, &back[i], &mut given);
         }
     }
     for i in 0..6 {
         // The impulses of drives are stored already.
-        let lock = load(simd, &block.held[i]) + given[i] * locked[i];
-        lock.store_array(&mut block.held[i]);
+        let lock = load(simd, &block.lock_or_drive[i]) + given[i] * locked[i];
+        lock.store_array(&mut block.lock_or_drive[i]);
     }
 }

@@ -121,14 +121,14 @@ impl<S: Simd> Responses<S> {
         ];
         // Only between rotations that are not locked: locked ones get no further impulse.
         let (f0, f1, f2) = (one - k0, one - k1, one - k2);
-        let rest = less(&e, &[e0, e1, e2], &de);
+        let extra = less(&e, &[e0, e1, e2], &de);
         let e = Sym3w {
-            xx: rest.xx * f0,
-            yy: rest.yy * f1,
-            zz: rest.zz * f2,
-            xy: rest.xy * (f0 * f1),
-            xz: rest.xz * (f0 * f2),
-            yz: rest.yz * (f1 * f2),
+            xx: extra.xx * f0,
+            yy: extra.yy * f1,
+            zz: extra.zz * f2,
+            xy: extra.xy * (f0 * f1),
+            xz: extra.xz * (f0 * f2),
+            yz: extra.yz * (f1 * f2),
         };
         Self { l, c, lc, a, e, d, de, back }
     }
@@ -189,7 +189,7 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
             let off = x[i] - load(simd, &block.place[i + 3]);
             let missed = mass * y[i] + closing(off, rate, maximum);
             turns[i] = (missed - answers.c[i].dot(first)) * locked[i];
-            load_about[i] = load(simd, &block.held[i + 3]) * locked[i];
+            load_about[i] = load(simd, &block.lock_or_drive[i + 3]) * locked[i];
         }
         for i in 0..3 {
             let free = pushes[i] * (splat(simd, 1.0) - locked[i]);
@@ -240,12 +240,12 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
         let k = select(above(e[i], minimum), e[i], zero);
         let felt = AxisState { k, x: x[i], v: y[i], start: about[i].n.dot(start) };
         let old = [
-            load(simd, &block.held[i + 3]),
+            load(simd, &block.lock_or_drive[i + 3]),
             load(simd, &block.friction[i + 3]),
             load(simd, &block.limit[i + 3]),
         ];
         let new = act(simd, block, i + 3, old, felt, sweep);
-        new[0].store_array(&mut block.held[i + 3]);
+        new[0].store_array(&mut block.lock_or_drive[i + 3]);
         new[1].store_array(&mut block.friction[i + 3]);
         new[2].store_array(&mut block.limit[i + 3]);
         let d = (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2]);
@@ -261,7 +261,8 @@ pub(crate) fn solve<S: Simd, const TURNS: bool>(
     if TURNS {
         let locks = [given.x, given.y, given.z];
         for i in 0..3 {
-            (load(simd, &block.held[i + 3]) + locks[i]).store_array(&mut block.held[i + 3]);
+            (load(simd, &block.lock_or_drive[i + 3]) + locks[i])
+                .store_array(&mut block.lock_or_drive[i + 3]);
             more[i] += locks[i];
         }
     }

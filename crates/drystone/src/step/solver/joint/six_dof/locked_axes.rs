@@ -237,12 +237,12 @@ impl<S: Simd, const TURNS: bool> LockedAxes<S, TURNS> {
             return [along, self.a.mul(about)];
         }
         let first = self.l.mul(along);
-        let rest = Vec3w {
+        let extra = Vec3w {
             x: about.x - self.c[0].dot(first),
             y: about.y - self.c[1].dot(first),
             z: about.z - self.c[2].dot(first),
         };
-        let mu = self.a.mul(rest);
+        let mu = self.a.mul(extra);
         [first - self.lc[0] * mu.x - self.lc[1] * mu.y - self.lc[2] * mu.z, mu]
     }
 

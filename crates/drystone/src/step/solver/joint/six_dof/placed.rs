@@ -12,7 +12,7 @@ use crate::base::simd::wide::{
 use crate::base::threads::disjoint::ReadRows;
 use crate::step::solver::body::integrate::load_start;
 use crate::step::solver::body::row::Aux;
-use crate::step::solver::joint::sweep::{JointSweep, Turn};
+use crate::step::solver::joint::sweep::{JointSweep, Rotation};
 use crate::step::solver_body::{SolverBody, Velocity};
 
 /// State of an axis for drive, friction and limit: inverse mass, coordinate, speed, and the speed
@@ -107,7 +107,7 @@ pub(crate) struct Placed<S: Simd> {
     pub(crate) spin_a: Vec3w<S>,
     pub(crate) spin_b: Vec3w<S>,
     /// Rotation of A since the step's start, and rotation of B relative to A.
-    pub(crate) to_a: Turn<S>,
+    pub(crate) to_a: Rotation<S>,
     turn: Vec3w<S>,
     pub(crate) arm_a: Vec3w<S>,
     pub(crate) arm_b: Vec3w<S>,
@@ -137,7 +137,7 @@ impl<S: Simd> Placed<S> {
         let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
         let turn_a = sa.mul(xa.w) + spin_a * elapsed;
         let turn_b = sb.mul(xb.w) + spin_b * elapsed;
-        let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
+        let (to_a, to_b) = (Rotation::new(simd, turn_a), Rotation::new(simd, turn_b));
         let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
         // Add displacements only: lever arms of meters would round away the gap.
         let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));

@@ -17,7 +17,9 @@ use crate::step::solver::joint::prepare::Raw;
 use crate::step::solver::joint::sweep::JointSweep;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
-use crate::step::solver::plan::joint_class::{SIX_ACTS, SIX_ANCHORED, SIX_DIRECT, SIX_HOLDS};
+use crate::step::solver::plan::joint_class::{
+    SIX_ANCHORED, SIX_DIRECT, SIX_DOF_ACTS, SIX_DOF_LOCKS,
+};
 use crate::step::solver_body::{
     Velocity, Whitening, four, load_velocity, read_lanes, store_velocity,
 };
@@ -85,8 +87,8 @@ impl Solver<'_> {
     fn pack_block<S: Simd>(&self, simd: S, block: usize, class: u8) {
         let owners = &self.plan.six_dof.owners[block];
         let block = self.joint.six_dof.row(block);
-        block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
-        block.acts = SIX_ACTS.map(|bit| class & bit != 0);
+        block.locks = SIX_DOF_LOCKS.map(|bit| class & bit != 0);
+        block.acts = SIX_DOF_ACTS.map(|bit| class & bit != 0);
         block.is_direct = class & SIX_DIRECT != 0;
         block.is_anchored = class & SIX_ANCHORED != 0;
         let joints = self.read_six_dof(owners, block);
@@ -199,7 +201,7 @@ impl Solver<'_> {
         let scale = splat(simd, self.ctx.store_scale());
         let mut columns = [splat(simd, 0.0); 4 * ROWS];
         for i in 0..6 {
-            columns[i] = load(simd, &block.held[i]) * scale;
+            columns[i] = load(simd, &block.lock_or_drive[i]) * scale;
             columns[i + 6] = load(simd, &block.friction[i]) * scale;
             columns[i + 12] = load(simd, &block.limit[i]) * scale;
         }
@@ -301,7 +303,7 @@ impl Gathered<'_> {
             let scale = carries * splat(simd, scale);
             let [held, rubbed, limit] =
                 [columns[i] * scale, columns[i + 6] * scale, columns[i + 12] * scale];
-            held.store_array(&mut block.held[i]);
+            held.store_array(&mut block.lock_or_drive[i]);
             rubbed.store_array(&mut block.friction[i]);
             limit.store_array(&mut block.limit[i]);
             given[i] = held + rubbed + limit;

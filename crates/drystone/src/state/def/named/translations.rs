@@ -1,6 +1,6 @@
 //! Joints with translation: sliders, cylinders, planes.
 
-use super::turns::Hinge;
+use super::rotations::Hinge;
 use crate::state::def::JointKind;
 use crate::state::def::six_dof::{JointAxis, JointSpring, SixDof};
 
