@@ -44,7 +44,7 @@ pub(crate) struct Meeting {
 
 /// Maximum number of advancement steps: 3 to 10 for polytopes, 30 for grazed round bodies. A search
 /// that takes longer counts as a hit where it stands, slightly before the true one.
-const ROUNDS: usize = 64;
+const MAX_STEPS: usize = 64;
 
 /// Maximum distance that counts as a hit, relative to sizes and positions: some roundings of f32.
 const MET: f32 = 2.0e-6;
@@ -333,7 +333,7 @@ impl<'a> Placed<'a> {
         let met = self.met(set.size + set.center.length());
         let off = self.sliding.shift(met);
         let (mut fraction, mut normal) = (0.0, Vec3::ZERO);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_STEPS {
             let near = self.nearby(set, delta * fraction + off);
             let Some(near) = near.filter(|near| near.distance > met) else {
                 if fraction > 0.0 {

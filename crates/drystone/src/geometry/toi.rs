@@ -183,7 +183,7 @@ const PIECES: u16 = 32;
 
 /// Maximum number of advancement steps. Typical pairs take two to ten, grazing ones thirty; a
 /// search that takes longer has reached the surface.
-const ROUNDS: usize = 32;
+const MAX_STEPS: usize = 32;
 
 /// The closest points at some time.
 struct Seen {
@@ -296,7 +296,7 @@ impl<'a> Pair<'a> {
         }
         let near = lesser(near, 0.5 * seen.distance);
         let mut at = start;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_STEPS {
             if seen.distance <= 1.5 * near {
                 break;
             }
@@ -328,7 +328,7 @@ impl<'a> Pair<'a> {
             return self.is_inside(moment);
         }
         let mut at = 0.0;
-        for _ in 0..2 * ROUNDS {
+        for _ in 0..2 * MAX_STEPS {
             let closing = self.closing(seen.normal, [at, 1.0]);
             at += (seen.distance - 0.5 * self.rounding) / closing;
             if !(closing > 0.0 && at < 1.0) {

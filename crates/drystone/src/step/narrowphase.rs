@@ -29,7 +29,7 @@ use self::change::Change;
 use self::keep::{keep_load, recycle};
 use self::lent::{Asked, Pairs};
 use self::motion::Motions;
-use self::rebuild::{FAR_TURN, Look, may_recycle, rebuild};
+use self::rebuild::{Look, RENEWED_ROTATION, may_recycle, rebuild};
 use self::scratch::{Scratch, Worker};
 use self::turning::{list_for_solver, turn_ahead};
 use super::context::StepContext;
@@ -300,7 +300,7 @@ impl Pairs<'_> {
         }
         let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
         let turns = |contact: &Contact, turn: f32, room: f32| {
-            contact.count > 0 && !contact.sensor && (turn > FAR_TURN || turn > room)
+            contact.count > 0 && !contact.sensor && (turn > RENEWED_ROTATION || turn > room)
         };
         if contact.recyclable
             && may_recycle(ctx, contact, look.probe, (a, b), turn)

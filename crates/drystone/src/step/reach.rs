@@ -20,8 +20,8 @@ pub(crate) struct Need {
     step: Vec3,
 }
 
-/// Minimum turn in a step that takes a shape out of its box [rad].
-pub(crate) const FAR_TURN: f32 = 0.5;
+/// Minimum rotation in a step that takes a shape out of its box [rad].
+pub(crate) const SWEPT_ROTATION: f32 = 0.5;
 
 impl Need {
     /// Rotation of a body with several shapes.
@@ -43,7 +43,7 @@ impl Need {
             None => shape.placed(body),
         };
         let tight = shape.solid.aabb_with(simd, &pose, stands).grown(0.5 * ctx.margin);
-        if body.w.length_squared() * (ctx.dt * ctx.dt) >= FAR_TURN * FAR_TURN {
+        if body.w.length_squared() * (ctx.dt * ctx.dt) >= SWEPT_ROTATION * SWEPT_ROTATION {
             let around = vec3(body.extent, body.extent, body.extent);
             let around = Aabb::new(body.center - around, body.center + around);
             return Self { tight: tight.union(&around), step: reach(body.v, body, ctx) };

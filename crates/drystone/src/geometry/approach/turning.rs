@@ -25,7 +25,7 @@ use crate::geometry::solid::{Core, Solid};
 /// Maximum number of advancement steps, and of extra steps per radian. Along a surface at a
 /// constant gap, one step turns by the root of twice the gap over the size. A cast that takes
 /// longer counts as a hit where it stands.
-const ROUNDS: f32 = 64.0;
+const MAX_STEPS: f32 = 64.0;
 
 /// Maximum number of iterations for the length of a step: it need not be exact.
 const ROUNDS_OF_STEP: usize = 12;
@@ -69,7 +69,7 @@ struct Turning<'a> {
 impl<'a> Turning<'a> {
     fn new(b: &Solid, placed: &'a Placed<'a>, course: &'a Course) -> Self {
         let reach = greater(b.max_extent(Vec3::ZERO) - b.radius, 0.0);
-        let rounds = (ROUNDS * (1.0 + course.turn.length())).clamp(ROUNDS, 200.0 * ROUNDS);
+        let rounds = (MAX_STEPS * (1.0 + course.turn.length())).clamp(MAX_STEPS, 200.0 * MAX_STEPS);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         let rounds = rounds as usize;
         Self { placed, course, reach, radius: b.radius, rounds }

@@ -38,7 +38,7 @@ use crate::step::classic::analytic::rows::{
 pub(crate) const TOLERANCE: f64 = 1.0e-6;
 
 /// Limits: rounds; Newton steps in a round; halvings of such a step.
-const ROUNDS: u32 = 40;
+const MAX_ROUNDS: u32 = 40;
 
 const NEWTON: u32 = 60;
 
@@ -167,7 +167,7 @@ impl Analytic {
         let mut outcome = Outcome { residual: f64::INFINITY, ..Outcome::default() };
         let mut stiffness = STIFFNESS;
         self.mixing.forget();
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             if !self.budget.allows(POINT_SWEEP, 0.0) {
                 break;
             }

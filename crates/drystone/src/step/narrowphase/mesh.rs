@@ -5,7 +5,7 @@ use super::gate::{Admitted, Gate};
 use super::keep::{keep_load, recycle};
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::rebuild::{FAR_TURN, Look, rebuild};
+use super::rebuild::{Look, RENEWED_ROTATION, rebuild};
 use super::seams;
 use super::turning::{list_for_solver, turn_ahead};
 use crate::base::math::Vec3;
@@ -66,7 +66,7 @@ pub(super) fn update(
         && may_recycle(ctx, contact, (a, shape_b, slots), motion, [ahead, tilt])
         && recycle(ctx, contact, look.probe, (a, b), slots, look.lands)
     {
-        if turn > FAR_TURN && !contact.sensor {
+        if turn > RENEWED_ROTATION && !contact.sensor {
             out.push(Change::Turns(look.row));
         }
         keep_loads(ctx, contact, (a, b), slots);
@@ -115,7 +115,7 @@ pub(super) fn update(
     // A sliding hull does not turn, and its manifold is kept.
     let comes_down = |m: &Manifold| tilt > room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
     let rolls = tilt > ROLLS && made[..count].iter().any(comes_down);
-    if count > 0 && (turn > FAR_TURN || rolls) && !contact.sensor {
+    if count > 0 && (turn > RENEWED_ROTATION || rolls) && !contact.sensor {
         out.push(Change::Turns(look.row));
     }
     if count <= 1 && contact.others == 0 {

@@ -34,7 +34,7 @@ use crate::state::particles::{LinkColor, ParticleState};
 use crate::step::solver_body::read_lanes;
 
 /// Maximum number of times that a pass updates the set of slack threads.
-const ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 4;
 
 /// Compliance of a link, as a part of the inverse masses at its ends. It makes over-determined
 /// systems solvable, such as a straight chain between two pins. Under a thousand times the mass of
@@ -346,9 +346,9 @@ fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
         let active = select(can_slack, select(taut, one, zero), one);
         (active * load(simd, &row.live)).store_array(&mut row.work.active);
     }
-    for round in 0..ROUNDS {
+    for round in 0..MAX_ROUNDS {
         eliminate(simd, rows, give, leak);
-        if round + 1 == ROUNDS || !reconsider(simd, rows) {
+        if round + 1 == MAX_ROUNDS || !reconsider(simd, rows) {
             break;
         }
     }

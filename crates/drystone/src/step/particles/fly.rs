@@ -13,7 +13,7 @@ use crate::step::context::softness::decay;
 
 /// Maximum number of rounds over the planes; each reduces the overlap with two of them by the
 /// square of their cosine.
-const ROUNDS: usize = 40;
+const MAX_ROUNDS: usize = 40;
 
 /// Remaining overlap at which the rounds end [m].
 const LEFT: f32 = 1.0e-6;
@@ -93,7 +93,7 @@ pub(super) fn put_aside(particle: &mut Particle, state: &mut ParticleState) {
 fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) -> (Vec3, Vec3) {
     let dt = ctx.dt;
     let (mut v, mut displacement) = (path.v, path.displacement);
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let mut changed = false;
         for m in meetings {
             let (n, s) = (m.n, m.separation);

@@ -21,7 +21,7 @@ pub(super) const MAX: usize = 6;
 
 /// Distance around a slow particle within which static shapes are searched [m], so that later steps
 /// need no search.
-const AHEAD: f32 = 0.25;
+const SEARCH_DISTANCE: f32 = 0.25;
 
 /// A shape near a particle, or on its path.
 #[derive(Clone, Copy, Debug)]
@@ -143,7 +143,8 @@ impl Around<'_> {
         let reach = length + radius + self.ctx.margin;
         let seeker = Seeker { solver_row, x, radius, displacement, held };
         if particle.room <= reach {
-            let ahead = if particle.still_time > 0.0 { 0.0 } else { AHEAD * self.ctx.length };
+            let ahead =
+                if particle.still_time > 0.0 { 0.0 } else { SEARCH_DISTANCE * self.ctx.length };
             near.clear = reach + ahead;
             let bounds = Aabb::new(x, x).grown(near.clear);
             self.bounds.fixed.query(&bounds, |row| {

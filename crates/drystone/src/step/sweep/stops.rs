@@ -31,7 +31,7 @@ use crate::step::one_way;
 use crate::step::touches::events_between;
 
 /// Maximum number of rounds: a stopped body may meet others at its new place.
-const ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 
 /// Size of the part of a body that must not pass, as a fraction of its inner size.
 const CORE: f32 = 0.5;
@@ -80,7 +80,7 @@ pub(super) fn stop(
     let Scratch { asked, lists, stops, moved, is_moved, crossings, crossed } = scratch;
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| !is_of_sensor(**meeting, shapes)));
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let asks = hooks.map(|hooks| Asks { ctx, hooks, bodies, shapes });
         let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, asks };
         collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), lists, |range, out| {

@@ -38,9 +38,9 @@ const LIGHT: f32 = 0.5;
 const ALIKE: f64 = 0.02;
 
 /// Overloaded bonds whose load is at least this fraction of the maximum break at once. Then the
-/// loads of the other bonds are computed again, at most `ROUNDS` times in a step.
+/// loads of the other bonds are computed again, at most `MAX_ROUNDS` times in a step.
 const WITH_THE_WORST: f64 = 0.5;
-const ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 
 type Mat = [[f64; 3]; 3];
 
@@ -249,7 +249,7 @@ impl Scratch {
         if self.is_as_before(glued) {
             return;
         }
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             self.find_parts();
             self.find_lack(spin, dt);
             self.solve();

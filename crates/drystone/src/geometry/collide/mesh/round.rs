@@ -15,7 +15,7 @@ const UPRIGHT: f32 = 0.9999;
 const TURN: f32 = 1.0e-3;
 /// Maximum number of advances to an edge, and the remaining gap relative to the radius. The error
 /// of the normal is the root of this gap.
-const ROUNDS: usize = 16;
+const MAX_STEPS: usize = 16;
 const MET: f32 = 1.0e-5;
 /// Bisections of the motion to the nearest point of a solid that passes by.
 const HALVINGS: usize = 6;
@@ -63,7 +63,7 @@ fn way_to_edge(
     }
     let mut before = 0.0;
     let mut fraction = lesser(gap / closing, 1.0);
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_STEPS {
         let (_, gap, closing) = seen(closest(displacement * fraction));
         if !(closing > 0.0) {
             // The solid passes by. Where it is nearest, the plane between the two is parallel to

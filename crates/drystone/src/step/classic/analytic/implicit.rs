@@ -12,7 +12,7 @@ use super::skyline::SIX_DOF;
 use super::{Analytic, MIN_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
 
 /// Limits: rounds of impulses, Newton steps in a round, halvings of such a step.
-const ROUNDS: u32 = 12;
+const MAX_ROUNDS: u32 = 12;
 
 const NEWTON: u32 = 40;
 
@@ -41,7 +41,7 @@ impl Analytic {
         }
         let mut stiffness = STIFFNESS;
         self.whole.start.clone_from(&self.y);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             if !self.budget.allows(POINT_SWEEP, 0.0) {
                 break;
             }

@@ -3,7 +3,7 @@
 
 use fearless_simd::Simd;
 
-use super::row::{Aux, FAR_TURN};
+use super::row::{Aux, SPLIT_ROTATION};
 use super::squeeze::Squeeze;
 use super::state::BodyState;
 use crate::base::math::{Vec3, vec3};
@@ -210,7 +210,7 @@ pub(crate) fn unwhiten(
     let end = BodyState::of(body).after(solver_body, whitening);
     (body.center, body.rotation) = (end.center, end.rotation);
     (body.v, body.w, body.history.w_low) = (end.v, end.w, Vec3::ZERO);
-    if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > FAR_TURN * FAR_TURN {
+    if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > SPLIT_ROTATION * SPLIT_ROTATION {
         keep_turning_energy(body, factor, three(solver_body.w));
     }
 }

@@ -4,8 +4,8 @@ use crate::base::math::Vec3;
 use crate::state::bodies::body::Body;
 use crate::step::solver_body::{SolverBody, Whitening, four};
 
-/// Rotation in a step above which a body turns far [rad].
-pub(crate) const FAR_TURN: f32 = 0.25;
+/// Rotation in a step above which free rotation is integrated apart from impulses [rad].
+pub(crate) const SPLIT_ROTATION: f32 = 0.25;
 
 /// Data of a solver body between sweeps.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,7 +57,7 @@ impl Aux {
     /// Leaves out free rotation for the rest of the step, for a body that turns far in it.
     pub(crate) fn calm(&mut self, whitening: &Whitening, body: &Body, dt: f32, h: f32) {
         self.calm = true;
-        if body.w.length_squared() * (dt * dt) > FAR_TURN * FAR_TURN {
+        if body.w.length_squared() * (dt * dt) > SPLIT_ROTATION * SPLIT_ROTATION {
             self.add_w = four(whitening.s().mul(body.forces.torque + body.forces.step_torque) * h);
         }
     }

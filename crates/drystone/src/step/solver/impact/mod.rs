@@ -41,7 +41,7 @@ use crate::state::bodies::NONE;
 use crate::step::solver::impact::hits::small;
 
 /// Maximum rounds in a substep: an impact travels through a row of this number of bodies.
-const ROUNDS: u32 = 64;
+const MAX_ROUNDS: u32 = 64;
 
 /// If a round has at least one hit per this number of candidates, all candidates are scanned for
 /// hit solver bodies. Otherwise the contacts around each hit solver body are listed.
@@ -355,7 +355,7 @@ impl Impacts {
             self.looks.push(at);
             at = self.next[at as usize];
         }
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             self.look(source, moment, jobs);
             self.find_hits(source, moment, jobs);
             if self.hits.is_empty() {

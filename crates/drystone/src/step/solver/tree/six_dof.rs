@@ -23,7 +23,7 @@ use crate::step::solver::vec6::{Vec6, curve, dot, halves, mul, shift};
 
 /// Maximum rounds over the drives and limits of a tree in a sweep; they start from the impulses of
 /// the last sweep.
-const ROUNDS: usize = 32;
+const MAX_ROUNDS: usize = 32;
 
 /// Rounds end when no row changes its speed by more than this [m/s; rad/s].
 const SETTLED: f64 = 1.0e-6;
@@ -200,7 +200,7 @@ impl Solver<'_> {
             }
         }
         let gains = self.tree.gains.slice(tree.gains.clone());
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             if self.round(tree, gains, sweep) < SETTLED {
                 break;
             }
