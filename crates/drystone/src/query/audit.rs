@@ -15,7 +15,7 @@ pub(crate) use self::ledger::Books;
 
 use self::contacts::ContactAudit;
 use crate::base::id::{BodyId, JointId};
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::tables::Tables;
 
 /// Errors of joints.
@@ -119,7 +119,7 @@ fn joint_errors(tables: &Tables) -> JointErrors {
     for (id, joint) in tables.joints.rows.iter().filter(|(_, joint)| acts(joint)) {
         let (mut error, mut angle) =
             (joint.error(&tables.bodies), joint.angular_error(&tables.bodies));
-        if let Link::Coupling(coupling) = &joint.link {
+        if let JointModel::Coupling(coupling) = &joint.model {
             let off = coupling.error(&tables.joints, &tables.bodies).abs();
             *(if coupling.def.axis_b.is_turn() { &mut angle } else { &mut error }) = off;
         }

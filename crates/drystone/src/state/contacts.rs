@@ -8,7 +8,7 @@ mod lists;
 mod watched;
 mod contact;
 
-pub(crate) use self::contact::{Contact, Link, Point, Traits};
+pub(crate) use self::contact::{Contact, ListLink, Point, Traits};
 
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};

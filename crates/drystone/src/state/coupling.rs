@@ -9,7 +9,7 @@ use super::def::DefError;
 use super::def::axis::Axis;
 use super::def::check::within;
 use super::def::six_dof::{JointMotion, SixDof};
-use super::joints::{Joint, Joints, Link};
+use super::joints::{Joint, JointModel, Joints};
 use super::six_dof::SixDofJoint;
 use crate::base::id::JointId;
 use crate::base::limits;
@@ -119,7 +119,7 @@ impl Coupling {
     pub(crate) fn error(&self, joints: &Joints, bodies: &Bodies) -> f32 {
         let at = |id: JointId, axis: Axis| {
             let joint = joints.at(joints.rows.row(id)?);
-            let Link::SixDof(six_dof) = &joint.link else { return None };
+            let JointModel::SixDof(six_dof) = &joint.model else { return None };
             Some(coordinate(joint, six_dof, bodies, axis.index()))
         };
         let (a, b) = (at(self.def.joint_a, self.def.axis_a), at(self.def.joint_b, self.def.axis_b));

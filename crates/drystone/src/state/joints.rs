@@ -17,7 +17,7 @@ use crate::base::slot_map::SlotMap;
 /// The kind of a joint with its runtime data. Joints of six axes store theirs in a box.
 #[derive(Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub(crate) enum Link {
+pub(crate) enum JointModel {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
     SixDof(Box<SixDofJoint>),
@@ -25,7 +25,7 @@ pub(crate) enum Link {
     Pulley(Box<Pulley>),
 }
 
-impl Clone for Link {
+impl Clone for JointModel {
     fn clone(&self) -> Self {
         match self {
             Self::Ball => Self::Ball,
@@ -49,7 +49,7 @@ impl Clone for Link {
     }
 }
 
-impl Link {
+impl JointModel {
     pub(crate) fn new(kind: JointKind) -> Self {
         match kind {
             JointKind::Ball => Self::Ball,
@@ -90,7 +90,7 @@ pub(crate) struct Joint {
     /// Anchors [m, frame of the body's center of mass].
     pub(crate) anchor_a: Vec3,
     pub(crate) anchor_b: Vec3,
-    pub(crate) link: Link,
+    pub(crate) model: JointModel,
     pub(crate) collide_connected: bool,
     pub(crate) switch: Switch,
     pub(crate) user_data: u64,
@@ -115,13 +115,13 @@ pub(crate) struct Joint {
 
 impl Clone for Joint {
     fn clone(&self) -> Self {
-        Self { link: self.link.clone(), ..*self }
+        Self { model: self.model.clone(), ..*self }
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let mut link = replace(&mut self.link, Link::Ball);
-        link.clone_from(&from.link);
-        *self = Self { link, ..*from };
+        let mut model = replace(&mut self.model, JointModel::Ball);
+        model.clone_from(&from.model);
+        *self = Self { model, ..*from };
     }
 }
 
@@ -140,10 +140,10 @@ impl Joint {
     /// False if a number that it stores between steps is not finite.
     pub(crate) fn is_finite(&self) -> bool {
         let kept = [self.impulse, self.given[0], self.given[1]];
-        let own = match &self.link {
-            Link::SixDof(six_dof) => six_dof.state.is_finite(),
-            Link::Coupling(coupling) => coupling.impulse.is_finite(),
-            Link::Ball | Link::Distance { .. } | Link::Pulley(_) => true,
+        let own = match &self.model {
+            JointModel::SixDof(six_dof) => six_dof.state.is_finite(),
+            JointModel::Coupling(coupling) => coupling.impulse.is_finite(),
+            JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => true,
         };
         let numbers = [self.peak[0], self.peak[1], self.damage];
         own && kept.iter().all(|v| v.is_finite()) && numbers.iter().all(|x| x.is_finite())
@@ -152,10 +152,10 @@ impl Joint {
     /// Clears its impulses. Its fatigue damage stays.
     pub(crate) fn forget(&mut self) {
         (self.impulse, self.given, self.peak) = (Vec3::ZERO, [Vec3::ZERO; 2], [0.0; 2]);
-        match &mut self.link {
-            Link::SixDof(six_dof) => six_dof.state = SixDofState::IDLE,
-            Link::Coupling(coupling) => coupling.impulse = 0.0,
-            Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+        match &mut self.model {
+            JointModel::SixDof(six_dof) => six_dof.state = SixDofState::IDLE,
+            JointModel::Coupling(coupling) => coupling.impulse = 0.0,
+            JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => {}
         }
         self.damage = bounded(self.damage);
     }
@@ -166,25 +166,25 @@ impl Joint {
         let p_a = a.center + a.rotation.rotate(self.anchor_a);
         let p_b = b.center + b.rotation.rotate(self.anchor_b);
         let distance = (p_b - p_a).length();
-        match &self.link {
-            Link::Ball => distance,
-            Link::SixDof(six_dof) => {
+        match &self.model {
+            JointModel::Ball => distance,
+            JointModel::SixDof(six_dof) => {
                 let gap = (a.rotation * six_dof.def.frame_a).unrotate(p_b - p_a);
                 six_dof.def.linear_excess(gap)
             }
-            Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
-            Link::Pulley(pulley) => {
+            JointModel::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+            JointModel::Pulley(pulley) => {
                 let excess = pulley.excess([p_a, p_b]);
                 if pulley.is_rigid { excess.abs() } else { excess.max(0.0) }
             }
             // The error depends on other joints: see Coupling::error.
-            Link::Coupling(_) => 0.0,
+            JointModel::Coupling(_) => 0.0,
         }
     }
 
     /// Angular constraint error [rad].
     pub(crate) fn angular_error(&self, bodies: &Bodies) -> f32 {
-        let Link::SixDof(six_dof) = &self.link else { return 0.0 };
+        let JointModel::SixDof(six_dof) = &self.model else { return 0.0 };
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
         let turns = six_dof.joint_angles(a.rotation, b.rotation);
         let [.., x, y, z] = six_dof.def.acting(turns.swing);

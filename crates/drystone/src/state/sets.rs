@@ -11,7 +11,7 @@ use super::contacts::Contacts;
 use super::def::BodyKind;
 use super::events::Events;
 use super::islands::Islands;
-use super::joints::{Joints, Link};
+use super::joints::{JointModel, Joints};
 use super::shapes::PairSurface;
 use crate::base::math::Vec3;
 
@@ -81,7 +81,7 @@ impl Sets<'_> {
         if joint.is_idle(self.bodies) || joint.place.is_somewhere() {
             return;
         }
-        if let Link::Coupling(coupling) = &joint.link {
+        if let JointModel::Coupling(coupling) = &joint.model {
             let def = &coupling.def;
             let joints = [def.joint_a, def.joint_b].map(|id| self.joints.rows.row(id));
             let of = |row: u32| [self.joints.at(row).body_a, self.joints.at(row).body_b];

@@ -17,7 +17,7 @@ use super::breakage::Breakage;
 use super::coupling::check_axis;
 use super::def::{BodyKind, MassDef, shape_suits};
 use super::islands::Islands;
-use super::joints::{Joints, Link};
+use super::joints::{JointModel, Joints};
 use super::shapes::{ShapeRow, Shapes};
 use super::tables::Tables;
 use crate::base::limits;
@@ -272,15 +272,15 @@ fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
         holds(a.is_some() && b.is_some() && twice, "a joint is not between two bodies")?;
         holds(is_place(joint.anchor_a) && is_place(joint.anchor_b), "a joint is nowhere")?;
         holds(joint.is_finite(), "a joint has an impulse that is no number")?;
-        joint.link.kind().validate().map_err(|_| "a joint is out of range")?;
+        joint.model.kind().validate().map_err(|_| "a joint is out of range")?;
         if let Some(strength) = &joint.strength {
             strength.validate().map_err(|_| "the strength of a joint is out of range")?;
         }
-        if let Link::Coupling(coupling) = &joint.link {
+        if let JointModel::Coupling(coupling) = &joint.model {
             let def = &coupling.def;
             for (id, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
-                let other = joints.rows.row(id).map(|row| &joints.at(row).link);
-                let Some(Link::SixDof(six_dof)) = other else {
+                let other = joints.rows.row(id).map(|row| &joints.at(row).model);
+                let Some(JointModel::SixDof(six_dof)) = other else {
                     return Err("a coupling is of no joint");
                 };
                 check_axis("", &six_dof.def, axis)

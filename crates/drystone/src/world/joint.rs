@@ -10,7 +10,7 @@ use crate::state::def::axis::Axis;
 use crate::state::def::check::position;
 use crate::state::def::six_dof::{JointMotion, SixDof};
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::tables::Tables;
 
 use self::axis::AxisRef;
@@ -41,7 +41,7 @@ impl<'w> JointRef<'w> {
     /// Its kind and settings.
     #[must_use]
     pub fn kind(&self) -> JointKind {
-        self.joint.link.kind()
+        self.joint.model.kind()
     }
 
     /// Its first body.
@@ -124,19 +124,19 @@ impl<'w> JointRef<'w> {
     /// and the joint acts afterwards.
     #[must_use]
     pub fn force(&self) -> Vec3 {
-        let impulse = match &self.joint.link {
-            Link::Ball => self.joint.impulse,
-            Link::Distance { .. } => {
+        let impulse = match &self.joint.model {
+            JointModel::Ball => self.joint.impulse,
+            JointModel::Distance { .. } => {
                 let p = self.joint.impulse;
                 (self.anchor_b() - self.anchor_a()).normalize_or(Vec3::Y) * (p.x - p.y + p.z)
             }
-            Link::SixDof(six_dof) => six_dof.state.force,
-            Link::Pulley(pulley) => {
+            JointModel::SixDof(six_dof) => six_dof.state.force,
+            JointModel::Pulley(pulley) => {
                 let [_, point] = pulley.points;
                 let along = (self.anchor_b() - point).normalize_or(Vec3::Y);
                 along * (pulley.ratio * self.joint.impulse.x)
             }
-            Link::Coupling(_) => Vec3::ZERO,
+            JointModel::Coupling(_) => Vec3::ZERO,
         };
         self.per_time(impulse)
     }
@@ -145,8 +145,8 @@ impl<'w> JointRef<'w> {
     /// world]. The first body gets the opposite. Zero for ball and distance joints.
     #[must_use]
     pub fn torque(&self) -> Vec3 {
-        match &self.joint.link {
-            Link::SixDof(six_dof) => self.per_time(six_dof.state.torque),
+        match &self.joint.model {
+            JointModel::SixDof(six_dof) => self.per_time(six_dof.state.torque),
             _ => Vec3::ZERO,
         }
     }
@@ -160,9 +160,9 @@ impl<'w> JointRef<'w> {
     #[must_use]
     pub fn tension(&self) -> Option<f32> {
         let p = self.joint.impulse;
-        let push = match self.joint.link {
-            Link::Pulley(_) => p.x,
-            Link::Distance { .. } => p.x - p.y + p.z,
+        let push = match self.joint.model {
+            JointModel::Pulley(_) => p.x,
+            JointModel::Distance { .. } => p.x - p.y + p.z,
             _ => return None,
         };
         Some(-self.per_time(Vec3::X * push).x)
@@ -172,14 +172,14 @@ impl<'w> JointRef<'w> {
     /// coordinate gets -ratio times this force. `None` for other joints.
     #[must_use]
     pub fn coupling_force(&self) -> Option<f32> {
-        let Link::Coupling(coupling) = &self.joint.link else { return None };
+        let JointModel::Coupling(coupling) = &self.joint.model else { return None };
         Some(if self.h > 0.0 { bounded(coupling.impulse / self.h) } else { 0.0 })
     }
 
     /// Deviation of the driven coordinate of a coupling from its target: a length [m] and an angle
     /// [rad], one of them 0. `None` for other joints.
     fn coupling_error(&self) -> Option<[f32; 2]> {
-        let Link::Coupling(coupling) = &self.joint.link else { return None };
+        let JointModel::Coupling(coupling) = &self.joint.model else { return None };
         let error = coupling.error(&self.tables.joints, &self.tables.bodies).abs();
         Some(if coupling.def.axis_b.is_turn() { [0.0, error] } else { [error, 0.0] })
     }
@@ -230,8 +230,11 @@ impl<'w> JointRef<'w> {
 
     /// The axes of a joint of six axes that are not locked.
     fn free_axes(&self) -> impl Iterator<Item = Axis> {
-        let six_dof =
-            if let Link::SixDof(six_dof) = &self.joint.link { Some(&six_dof.def) } else { None };
+        let six_dof = if let JointModel::SixDof(six_dof) = &self.joint.model {
+            Some(&six_dof.def)
+        } else {
+            None
+        };
         let is_free = move |axis: &Axis| {
             six_dof.is_some_and(|six_dof| six_dof.axis(*axis).motion != JointMotion::Locked)
         };
@@ -242,7 +245,7 @@ impl<'w> JointRef<'w> {
     /// for a coupling, whose definition [`Self::kind`] gives.
     #[must_use]
     pub fn to_def(&self) -> Option<JointDef> {
-        if let Link::Coupling(_) = self.joint.link {
+        if let JointModel::Coupling(_) = self.joint.model {
             return None;
         }
         let [anchor_a, anchor_b] = self.local_anchors();
@@ -262,7 +265,7 @@ impl<'w> JointRef<'w> {
     /// `None` for other joints.
     #[must_use]
     pub fn coordinates(&self) -> Option<[Vec3; 2]> {
-        let Link::SixDof(six_dof) = &self.joint.link else { return None };
+        let JointModel::SixDof(six_dof) = &self.joint.model else { return None };
         let bodies = &self.tables.bodies;
         let (a, b) = (bodies.at(self.joint.body_a), bodies.at(self.joint.body_b));
         let turns = six_dof.joint_angles(a.rotation, b.rotation);

@@ -6,7 +6,7 @@ use crate::base::math::Vec3;
 use crate::state::bodies::Track;
 use crate::state::def::{DefError, position};
 use crate::state::events::Events;
-use crate::state::joints::Link;
+use crate::state::joints::JointModel;
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;
 
@@ -53,7 +53,7 @@ impl World {
         tables.bounds.fixed.shift(origin);
         tables.bounds.moving.shift(origin);
         for joint in tables.joints.rows.values_mut().iter_mut().flatten() {
-            if let Link::Pulley(pulley) = &mut joint.link {
+            if let JointModel::Pulley(pulley) = &mut joint.model {
                 pulley.points = pulley.points.map(|point| point - origin);
             }
         }
@@ -80,8 +80,8 @@ impl World {
         let states = particles.rows.iter().map(|(id, _)| id.index() + 1);
         let particles =
             states.map(|solver_row| particles.position(solver_row)).all(|at| is_within(at, kept));
-        let pulleys = joints.rows.iter().all(|(_, joint)| match &joint.link {
-            Link::Pulley(pulley) => {
+        let pulleys = joints.rows.iter().all(|(_, joint)| match &joint.model {
+            JointModel::Pulley(pulley) => {
                 pulley.points.iter().all(|point| is_within(*point, limits::POSITION.maximum))
             }
             _ => true,

@@ -8,7 +8,7 @@ use crate::base::sym3::Sym3;
 use crate::query::particles::particle_sums;
 use crate::state::bodies::Bodies;
 use crate::state::bodies::body::Body;
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::tables::Tables;
 
 /// Mechanical energy of all dynamic bodies and particles [J].
@@ -159,10 +159,10 @@ fn spin(body: &Body) -> DVec3 {
 /// ½ k x² of a joint's spring [J]. A frequency gives its stiffness: k = (2πf)² over the current
 /// inverse effective mass of the two bodies along it.
 fn elastic(joint: &Joint, bodies: &Bodies) -> f64 {
-    if let Link::SixDof(six_dof) = &joint.link {
+    if let JointModel::SixDof(six_dof) = &joint.model {
         return springs::elastic(joint, six_dof, bodies);
     }
-    let Link::Distance { spring: Some(spring), .. } = &joint.link else { return 0.0 };
+    let JointModel::Distance { spring: Some(spring), .. } = &joint.model else { return 0.0 };
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let gap = (b.center - a.center) + (rb - ra);

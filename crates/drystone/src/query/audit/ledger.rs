@@ -11,7 +11,7 @@ use crate::base::quat::Quat;
 use crate::state::bodies::body::Body;
 use crate::state::contacts::Contact;
 use crate::state::def::BodyKind;
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::tables::Tables;
 
 /// Energy that entered and left the world [J], since [`crate::World::begin_ledger`].
@@ -199,9 +199,9 @@ fn through_contact(body: &Body, c: &Contact, side: u32) -> f64 {
 fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
     let (a, b) = (tables.bodies.at(joint.body_a), tables.bodies.at(joint.body_b));
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
-    let impulse = match &joint.link {
-        Link::Ball => joint.impulse,
-        Link::Pulley(pulley) => {
+    let impulse = match &joint.model {
+        JointModel::Ball => joint.impulse,
+        JointModel::Pulley(pulley) => {
             let i = usize::from(joint.body_a != row);
             let (of, r) = [(a, ra), (b, rb)][i];
             let along = (of.center + r - pulley.points[i]).normalize_or(Vec3::Y);
@@ -209,8 +209,8 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
             return -f64::from((along * force).dot(body.velocity_at(r)));
         }
         // A coupling acts through the joints that it couples.
-        Link::Coupling(_) => return 0.0,
-        Link::SixDof(six_dof) => {
+        JointModel::Coupling(_) => return 0.0,
+        JointModel::SixDof(six_dof) => {
             // The force acts at anchor B on both bodies.
             let is_a = joint.body_a == row;
             let r = if is_a { b.center + rb - a.center } else { rb };
@@ -218,7 +218,7 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
                 + f64::from(six_dof.state.torque.dot(body.w));
             return if is_a { work } else { -work };
         }
-        Link::Distance { .. } => {
+        JointModel::Distance { .. } => {
             let gap = (b.center - a.center) + (rb - ra);
             let p = joint.impulse;
             gap.normalize_or(Vec3::Y) * (p.x - p.y + p.z)

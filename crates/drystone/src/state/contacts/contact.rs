@@ -49,12 +49,12 @@ impl Point {
 /// workers may write the two links of a contact at once.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub(crate) struct Link {
+pub(crate) struct ListLink {
     pub(crate) previous: Shared,
     pub(crate) next: Shared,
 }
 
-impl Default for Link {
+impl Default for ListLink {
     fn default() -> Self {
         Self { previous: Shared::new(NONE), next: Shared::new(NONE) }
     }
@@ -145,7 +145,7 @@ pub(crate) struct Contact {
     pub(crate) restitution: f32,
     /// Ratio of kinetic to static friction, at most 1.
     pub(crate) kinetic: f32,
-    pub(crate) links: [Link; 2],
+    pub(crate) links: [ListLink; 2],
     /// Place in the colors; nowhere while it has no points.
     pub(crate) place: Place,
     /// Index of its [`Probe`]. Secondary manifolds have none and store the row of the first

@@ -1,6 +1,6 @@
 //! The contact lists of bodies. Several workers change them at once, and each list has one owner.
 
-use super::{Link, Table};
+use super::{ListLink, Table};
 use crate::base::threads::disjoint::Rows;
 use crate::base::threads::jobs::Jobs;
 use crate::state::bodies::NONE;
@@ -55,7 +55,7 @@ pub(super) struct Links<'a>(pub(super) &'a Table);
 impl<'a> Links<'a> {
     /// The link with this number, row × 2 + side.
     #[inline(always)]
-    pub(super) fn at(self, at: u32) -> Option<&'a Link> {
+    pub(super) fn at(self, at: u32) -> Option<&'a ListLink> {
         if at == NONE {
             return None;
         }

@@ -8,7 +8,7 @@ use crate::state::bodies::body::Body;
 use crate::state::bodies::stillness::{rounding, size};
 use crate::state::contacts::{Contact, Contacts, Point, Traits};
 use crate::state::coupling::coordinate;
-use crate::state::joints::{Joint, Joints, Link};
+use crate::state::joints::{Joint, JointModel, Joints};
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::state::six_dof::SixDofJoint;
 
@@ -117,12 +117,14 @@ impl Drives<'_> {
 
     /// True if a drive or spring of a joint still moves its bodies relative to each other.
     fn acts(&self, joint: &Joint) -> bool {
-        match &joint.link {
-            Link::Distance { spring: Some(_), .. } => {
+        match &joint.model {
+            JointModel::Distance { spring: Some(_), .. } => {
                 let speeds = self.meets(joint).map(|meet| meet.apart());
                 self.goes(joint, Asked::Place(f32::INFINITY), 1.0, speeds)
             }
-            Link::SixDof(six_dof) if six_dof.laws.flags.drives | six_dof.laws.flags.yields != 0 => {
+            JointModel::SixDof(six_dof)
+                if six_dof.laws.flags.drives | six_dof.laws.flags.yields != 0 =>
+            {
                 (0..6).any(|axis| self.acts_along(joint, six_dof, axis))
             }
             _ => false,

@@ -7,7 +7,7 @@ use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts, Traits};
 use crate::state::def::method::Settings;
 use crate::state::def::options::Damping;
-use crate::state::joints::{Joints, Link as JointLink};
+use crate::state::joints::{JointModel as JointLink, Joints};
 use crate::state::shapes::Shapes;
 use crate::step::classic::Scratch;
 use crate::step::classic::couplings::Coupled;
@@ -89,8 +89,8 @@ impl Scratch {
                     r_a,
                     r_b,
                     gap: (b.center - a.center) + (r_b - r_a),
-                    kind: joint.link.kind(),
-                    axes: match &joint.link {
+                    kind: joint.model.kind(),
+                    axes: match &joint.model {
                         JointLink::SixDof(six_dof) => Some(Axes::new(six_dof, a, b)),
                         _ => None,
                     },

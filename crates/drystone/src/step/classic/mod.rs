@@ -44,7 +44,7 @@ use crate::state::colors::Colors;
 use crate::state::contacts::Contacts;
 use crate::state::def::method::{Method, Pass, Settings};
 use crate::state::def::options::{Integration, Order, Overlap, Shock};
-use crate::state::joints::{Joints, Link as JointLink};
+use crate::state::joints::{JointModel as JointLink, Joints};
 
 /// Alternations of joints and contacts in the analytic method.
 const JOINT_ROUNDS: u32 = 20;
@@ -349,10 +349,10 @@ impl Scratch {
             joint.impulse = link.impulse;
             joint.given = [link.linear() * n, Vec3::ZERO];
             joint.peak = [link.linear().length(), 0.0];
-            if let (JointLink::Coupling(coupling), Some(row)) = (&mut joint.link, &link.coupled) {
+            if let (JointLink::Coupling(coupling), Some(row)) = (&mut joint.model, &link.coupled) {
                 coupling.impulse = row.impulse;
             }
-            if let (JointLink::SixDof(six_dof), Some(axes)) = (&mut joint.link, &link.axes) {
+            if let (JointLink::SixDof(six_dof), Some(axes)) = (&mut joint.model, &link.axes) {
                 six_dof.state.angles = axes.angles;
                 (six_dof.state.force, six_dof.state.torque) = (axes.force, axes.torque);
                 joint.given = [axes.force * n, axes.torque * n];

@@ -13,8 +13,8 @@ pub(crate) enum Change {
     /// The contact has points that have not touched yet, and they close fast
     /// ([`CLOSES`](super::rebuild::CLOSES)). No change by itself.
     Closes(u32),
-    /// The contact has points, and its bodies turn so far in this step ([`RENEWED_ROTATION`]) that other
-    /// corners may touch, or that its levers change. No change by itself.
+    /// The contact has points, and its bodies turn so far in this step ([`RENEWED_ROTATION`]) that
+    /// other corners may touch, or that its levers change. No change by itself.
     Turns(u32),
     /// The contact has points, and its bodies turn together ([`corotates`]). No change by itself.
     Corotates(u32),

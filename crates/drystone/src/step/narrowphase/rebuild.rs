@@ -18,8 +18,8 @@ use crate::step::context::StepContext;
 /// substep.
 const CLOSES: f32 = 0.03;
 
-/// Minimum rotation in a step of a pair whose rows are made anew within it [rad]. The separation of a point at a lever r,
-/// linear over the step, is then off by half a percent of r.
+/// Minimum rotation in a step of a pair whose rows are made anew within it [rad]. The separation of
+/// a point at a lever r, linear over the step, is then off by half a percent of r.
 pub(crate) const RENEWED_ROTATION: f32 = 0.1;
 
 /// A pair that is tested.

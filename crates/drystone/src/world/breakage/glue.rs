@@ -12,7 +12,7 @@ use crate::state::bodies::body::MassSource;
 use crate::state::breakage::{GlueBond, Glued};
 use crate::state::def::{BondStrength, DefError, Glue};
 use crate::state::events::{BondBreak, FractureCause, FractureEvent};
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::tables::Tables;
 use crate::world::{BodyMut, World};
 
@@ -274,8 +274,8 @@ fn joint_load(tables: &Tables, row: u32, joint: &Joint) -> (Vec3, Vec3, Vec3) {
     if joint.body_b == row {
         return (at_b, impulse, turn);
     }
-    let arm = match joint.link {
-        Link::SixDof(_) => b.center + at_b - a.center,
+    let arm = match joint.model {
+        JointModel::SixDof(_) => b.center + at_b - a.center,
         _ => a.rotation.rotate(joint.anchor_a),
     };
     (arm, -impulse, -turn)

@@ -3,7 +3,7 @@
 use crate::base::math::bounded;
 use crate::state::def::{DefError, JointStrength};
 use crate::state::events::{JointBreak, JointLimit};
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::world::{JointMut, World};
 
 /// The load of a joint in a step: force [N], torque [N m], impulse [N s].
@@ -16,10 +16,10 @@ struct Borne {
 impl Borne {
     /// The load of a joint. `inv_h`: substeps per second.
     fn by(joint: &Joint, inv_h: f32) -> Self {
-        let [force, torque] = match &joint.link {
-            Link::Ball | Link::Distance { .. } | Link::SixDof(_) => joint.peak,
-            Link::Pulley(_) => [joint.impulse.x.abs(), 0.0],
-            Link::Coupling(_) => [0.0; 2],
+        let [force, torque] = match &joint.model {
+            JointModel::Ball | JointModel::Distance { .. } | JointModel::SixDof(_) => joint.peak,
+            JointModel::Pulley(_) => [joint.impulse.x.abs(), 0.0],
+            JointModel::Coupling(_) => [0.0; 2],
         };
         let impulse = joint.given[0].length();
         let [force, torque] = [force, torque].map(|impulse| bounded(impulse * inv_h));

@@ -7,7 +7,7 @@ use crate::base::pose::Pose;
 use crate::geometry::mass::MassProperties;
 use crate::state::bodies::NONE;
 use crate::state::bodies::body::{Body, History, Inertia, MassSource, Record, Sleep, Ties};
-use crate::state::joints::Link;
+use crate::state::joints::JointModel;
 use crate::state::tables::Tables;
 use crate::world::World;
 use crate::world::change::mass::principal_moments;
@@ -126,7 +126,7 @@ impl World {
     /// Moves a joint's end to another body, at this anchor [m, frame of its origin]. Its couplings
     /// are updated.
     pub(super) fn move_joint(&mut self, joint: u32, from: u32, to: u32, anchor: Vec3) {
-        if matches!(self.tables.joints.at(joint).link, Link::Coupling(_)) {
+        if matches!(self.tables.joints.at(joint).model, JointModel::Coupling(_)) {
             return;
         }
         let id = self.tables.joints.rows.id_at(joint);

@@ -7,7 +7,7 @@ use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::axis::Axis;
 use crate::state::def::{DefError, JointDef, JointKind};
-use crate::state::joints::{Joint, Link, Switch};
+use crate::state::joints::{Joint, JointModel, Switch};
 use crate::world::World;
 
 impl World {
@@ -34,7 +34,7 @@ impl World {
             body_b: b,
             anchor_a: def.anchor_a - bodies.at(a).inertia.local_center,
             anchor_b: def.anchor_b - bodies.at(b).inertia.local_center,
-            link: Link::new(def.kind),
+            model: JointModel::new(def.kind),
             collide_connected: def.collide_connected,
             switch: if def.enabled { Switch::On } else { Switch::Off },
             user_data: def.user_data,
@@ -65,8 +65,8 @@ impl World {
         let joints = &self.tables.joints;
         let find = |name: &str, axis_name: &str, id: JointId, axis: Axis| {
             let joint = joints.rows.row(id).map(|row| joints.at(row));
-            match joint.map(|j| (j, &j.link)) {
-                Some((joint, Link::SixDof(six_dof))) => {
+            match joint.map(|j| (j, &j.model)) {
+                Some((joint, JointModel::SixDof(six_dof))) => {
                     check_axis(axis_name, &six_dof.def, axis)?;
                     Ok([joint.body_a, joint.body_b])
                 }
@@ -92,7 +92,7 @@ impl World {
             body_b: b,
             anchor_a: anchor,
             anchor_b: anchor,
-            link: Link::new(JointKind::Coupling(def)),
+            model: JointModel::new(JointKind::Coupling(def)),
             collide_connected: true,
             switch: Switch::On,
             user_data: 0,
@@ -114,7 +114,7 @@ impl World {
     pub(in crate::world) fn follow_joints(&mut self, row: u32, stays: bool) {
         let joints = &self.tables.joints;
         let Some(id) = joints.rows.id_at(row) else { return };
-        let Link::Coupling(coupling) = &joints.at(row).link else { return };
+        let JointModel::Coupling(coupling) = &joints.at(row).model else { return };
         let def = &coupling.def;
         let ends = [def.joint_a, def.joint_b].map(|id| {
             let joint = joints.at(joints.rows.row(id).expect("a coupling goes with its joints"));
@@ -166,8 +166,8 @@ impl World {
         let joint = tables.joints.rows.row(id).map(|row| tables.joints.at(row));
         let bodies = joint.into_iter().flat_map(|joint| [joint.body_a, joint.body_b]);
         let rows = bodies.flat_map(|body| tables.bodies.at(body).ties.joints.iter().copied());
-        rows.filter(move |row| match &tables.joints.at(*row).link {
-            Link::Coupling(c) => c.def.joint_a == id || c.def.joint_b == id,
+        rows.filter(move |row| match &tables.joints.at(*row).model {
+            JointModel::Coupling(c) => c.def.joint_a == id || c.def.joint_b == id,
             _ => false,
         })
     }

@@ -7,7 +7,7 @@ use crate::state::coupling::coordinate;
 use crate::state::def::DefError;
 use crate::state::def::axis::Axis;
 use crate::state::def::six_dof::{JointAxis, JointDrive, JointMotion, JointSpring};
-use crate::state::joints::Link;
+use crate::state::joints::JointModel;
 use crate::state::six_dof::{JointAngles, SixDofJoint};
 
 /// One axis of a joint of six axes, read-only: a hinge's rotation, a slider's translation, the
@@ -46,7 +46,7 @@ pub struct AxisRef<'w> {
 
 impl<'w> AxisRef<'w> {
     pub(crate) fn new(joint: JointRef<'w>, axis: Axis) -> Option<Self> {
-        let Link::SixDof(six_dof) = &joint.joint.link else { return None };
+        let JointModel::SixDof(six_dof) = &joint.joint.model else { return None };
         Some(Self { joint, six_dof, axis })
     }
 

@@ -9,7 +9,7 @@ use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::axis::Axis;
 use crate::state::def::six_dof::{JointDrive, JointSpring, SixDof};
 use crate::state::def::{DefError, JointKind, Pulley, Spring, position, unit};
-use crate::state::joints::{Joint, Link, Switch};
+use crate::state::joints::{Joint, JointModel, Switch};
 use crate::world::World;
 
 /// A joint for changes. Each setter checks its numbers and wakes the bodies. After an error
@@ -80,7 +80,7 @@ impl<'w> JointMut<'w> {
         let (anchor_a, anchor_b) = (anchor_a.into(), anchor_b.into());
         position("anchor_a", anchor_a)?;
         position("anchor_b", anchor_b)?;
-        if let Link::Coupling(_) = self.joint().link {
+        if let JointModel::Coupling(_) = self.joint().model {
             return Err(self.other_kind("a joint with anchors"));
         }
         let bodies = &self.world.tables.bodies;
@@ -125,20 +125,20 @@ impl<'w> JointMut<'w> {
     pub fn set_kind(&mut self, kind: impl Into<JointKind>) -> Result<(), DefError> {
         let kind = kind.into();
         let to_coupling = matches!(kind, JointKind::Coupling(_));
-        if to_coupling || matches!(self.joint().link, Link::Coupling(_)) {
-            let value = if to_coupling { kind.name() } else { self.joint().link.kind().name() };
+        if to_coupling || matches!(self.joint().model, JointModel::Coupling(_)) {
+            let value = if to_coupling { kind.name() } else { self.joint().model.kind().name() };
             return Err(DefError::unsuitable("kind", value, "a kind other than a coupling"));
         }
-        match (kind, &self.joint().link) {
-            (JointKind::SixDof(axes), Link::SixDof(_)) => return self.set_axes(axes),
-            (_, Link::SixDof(_)) if self.world.couplings_of(self.id).next().is_some() => {
+        match (kind, &self.joint().model) {
+            (JointKind::SixDof(axes), JointModel::SixDof(_)) => return self.set_axes(axes),
+            (_, JointModel::SixDof(_)) if self.world.couplings_of(self.id).next().is_some() => {
                 let allowed = "a joint of six axes, because a coupling refers to it";
                 return Err(DefError::unsuitable("kind", kind.name(), allowed));
             }
             _ => kind.validate()?,
         }
         self.change(|joint| {
-            joint.link = Link::new(kind);
+            joint.model = JointModel::new(kind);
             joint.forget();
         });
         Ok(())
@@ -164,7 +164,7 @@ impl<'w> JointMut<'w> {
 
     /// See [`Self::set_lengths`].
     pub(crate) fn try_set_lengths(&mut self, min: f32, max: f32) -> Result<(), DefError> {
-        let Link::Distance { spring, .. } = self.joint().link else {
+        let JointModel::Distance { spring, .. } = self.joint().model else {
             return Err(self.other_kind("a distance joint"));
         };
         self.put_distance(JointKind::Distance { min, max, spring })
@@ -175,7 +175,7 @@ impl<'w> JointMut<'w> {
     /// # Errors
     /// A number is out of range, or the joint has another kind.
     pub fn set_spring(&mut self, spring: Option<Spring>) -> Result<(), DefError> {
-        let Link::Distance { min, max, .. } = self.joint().link else {
+        let JointModel::Distance { min, max, .. } = self.joint().model else {
             return Err(self.other_kind("a distance joint"));
         };
         self.put_distance(JointKind::Distance { min, max, spring })
@@ -183,7 +183,7 @@ impl<'w> JointMut<'w> {
 
     fn put_distance(&mut self, kind: JointKind) -> Result<(), DefError> {
         kind.validate()?;
-        self.change(|joint| joint.link = Link::new(kind));
+        self.change(|joint| joint.model = JointModel::new(kind));
         Ok(())
     }
 
@@ -193,8 +193,10 @@ impl<'w> JointMut<'w> {
     /// A number is out of range, or the joint has another kind.
     pub fn set_pulley(&mut self, pulley: Pulley) -> Result<(), DefError> {
         JointKind::Pulley(pulley).validate()?;
-        let Link::Pulley(_) = self.joint().link else { return Err(self.other_kind("a pulley")) };
-        self.change(|joint| joint.link = Link::new(JointKind::Pulley(pulley)));
+        let JointModel::Pulley(_) = self.joint().model else {
+            return Err(self.other_kind("a pulley"));
+        };
+        self.change(|joint| joint.model = JointModel::new(JointKind::Pulley(pulley)));
         Ok(())
     }
 
@@ -203,13 +205,13 @@ impl<'w> JointMut<'w> {
     /// # Errors
     /// A number is out of range, or the joint has another kind.
     pub fn set_coupling(&mut self, ratio: f32, offset: f32) -> Result<(), DefError> {
-        let Link::Coupling(coupling) = &self.joint().link else {
+        let JointModel::Coupling(coupling) = &self.joint().model else {
             return Err(self.other_kind("a coupling"));
         };
         let def = CouplingDef { ratio, offset, ..coupling.def };
         def.validate()?;
         self.change(|joint| {
-            if let Link::Coupling(coupling) = &mut joint.link {
+            if let JointModel::Coupling(coupling) = &mut joint.model {
                 coupling.def = def;
             }
         });
@@ -220,7 +222,7 @@ impl<'w> JointMut<'w> {
     /// by itself: see [`crate::JointDef::articulated`]. No effect on couplings.
     pub fn set_articulated(&mut self, articulated: bool) {
         if self.joint().articulated != articulated
-            && !matches!(self.joint().link, Link::Coupling(_))
+            && !matches!(self.joint().model, JointModel::Coupling(_))
         {
             self.change(|joint| joint.articulated = articulated);
         }
@@ -268,8 +270,8 @@ impl<'w> JointMut<'w> {
 
     /// The axes of a joint of six axes.
     pub(crate) fn six_dof(&self) -> Result<SixDof, DefError> {
-        match &self.joint().link {
-            Link::SixDof(six_dof) => Ok(six_dof.def),
+        match &self.joint().model {
+            JointModel::SixDof(six_dof) => Ok(six_dof.def),
             _ => Err(self.other_kind("a joint of six axes")),
         }
     }
@@ -278,7 +280,9 @@ impl<'w> JointMut<'w> {
         axes.validate()?;
         let tables = &self.world.tables;
         for coupling in self.world.couplings_of(self.id) {
-            let Link::Coupling(coupling) = &tables.joints.at(coupling).link else { continue };
+            let JointModel::Coupling(coupling) = &tables.joints.at(coupling).model else {
+                continue;
+            };
             let def = &coupling.def;
             for (joint, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
                 if joint == self.id {
@@ -288,7 +292,9 @@ impl<'w> JointMut<'w> {
             }
         }
         let tables = &mut self.world.tables;
-        let Link::SixDof(six_dof) = &mut tables.joints.at_mut(self.row).link else { return Ok(()) };
+        let JointModel::SixDof(six_dof) = &mut tables.joints.at_mut(self.row).model else {
+            return Ok(());
+        };
         // `parts` determines the blocks of a joint, `scalar_count` the number of rows of a tree.
         let changed = six_dof.def.parts() != axes.parts()
             || six_dof.def.scalar_count() != axes.scalar_count();
@@ -299,7 +305,7 @@ impl<'w> JointMut<'w> {
     }
 
     pub(crate) fn other_kind(&self, allowed: &str) -> DefError {
-        DefError::unsuitable("joint", self.joint().link.kind().name(), allowed)
+        DefError::unsuitable("joint", self.joint().model.kind().name(), allowed)
     }
 
     /// The one free axis of a joint that has exactly one.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::hash::StateHash;
 use crate::state::bodies::body::Body;
-use crate::state::joints::Link;
+use crate::state::joints::JointModel;
 use crate::step::Stage;
 use crate::world::World;
 
@@ -163,10 +163,10 @@ impl World {
         }
         for (_, joint) in self.tables.joints.rows.iter() {
             hash.vector(joint.impulse);
-            match &joint.link {
-                Link::SixDof(six_dof) => hash.words(bytemuck::cast_slice(&[six_dof.state])),
-                Link::Coupling(coupling) => hash.word(coupling.impulse.to_bits()),
-                Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+            match &joint.model {
+                JointModel::SixDof(six_dof) => hash.words(bytemuck::cast_slice(&[six_dof.state])),
+                JointModel::Coupling(coupling) => hash.word(coupling.impulse.to_bits()),
+                JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => {}
             }
         }
     }

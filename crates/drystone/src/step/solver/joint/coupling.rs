@@ -4,7 +4,7 @@ use super::coupling_row::{CouplingRow, Part, Start, push};
 use super::sweep::JointSweep;
 use crate::base::id::JointId;
 use crate::base::math::bounded;
-use crate::state::joints::Link;
+use crate::state::joints::JointModel;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
 
@@ -48,8 +48,8 @@ impl Solver<'_> {
                 continue;
             };
             let impulse = bounded(self.joint.couplings.read(i).impulse * self.ctx.store_scale());
-            match &mut joint.link {
-                Link::Coupling(coupling) => coupling.impulse = impulse,
+            match &mut joint.model {
+                JointModel::Coupling(coupling) => coupling.impulse = impulse,
                 _ => joint.impulse.x = impulse,
             }
         }

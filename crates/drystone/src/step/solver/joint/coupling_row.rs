@@ -18,7 +18,7 @@ use crate::state::bodies::Bodies;
 use crate::state::bodies::body::Body;
 use crate::state::coupling::{Coupling, CouplingDef, coordinate};
 use crate::state::def::Pulley;
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::step::solver::vec6;
 use crate::step::solver_body::SolverBody;
 
@@ -327,8 +327,8 @@ impl Start {
         bodies: &Bodies,
         mass: impl Fn(u32) -> (usize, f32, Sym3),
     ) -> Option<Self> {
-        match &joint.link {
-            Link::Coupling(coupling) => {
+        match &joint.model {
+            JointModel::Coupling(coupling) => {
                 let Coupling { def, impulse } = coupling.as_ref();
                 let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
                 let (a, x_a) = End::new(look(joint_a)?, axis_a.index(), -ratio, bodies, &mass)?;
@@ -336,7 +336,7 @@ impl Start {
                 let (source, c) = (Source::Joints([a, b]), def.excess(x_a, x_b));
                 Some(Self { source, c, is_slack: false, impulse: *impulse })
             }
-            Link::Pulley(pulley) => Some(Self {
+            JointModel::Pulley(pulley) => Some(Self {
                 source: Source::Rope(Rope::new(joint, pulley, bodies, mass)),
                 c: -pulley.length,
                 is_slack: !pulley.is_rigid,
@@ -387,7 +387,7 @@ impl End {
         bodies: &Bodies,
         mass: &impl Fn(u32) -> (usize, f32, Sym3),
     ) -> Option<(Self, f64)> {
-        let Link::SixDof(six_dof) = &joint.link else { return None };
+        let JointModel::SixDof(six_dof) = &joint.model else { return None };
         let of = [joint.body_a, joint.body_b];
         let masses = of.map(mass);
         let [a, b] = of.map(|row| bodies.at(row));

@@ -15,7 +15,7 @@ use crate::base::math::{Vec3, bounded};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::body::Body;
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::step::context::StepContext;
 use crate::step::context::softness::exact_decay;
 use crate::step::gyration::{Spin, rotate_freely};
@@ -85,7 +85,8 @@ impl Solver<'_> {
             _ => return None,
         };
         let (body, other) = (self.bodies.at(body), self.bodies.at(other));
-        let is_pendulum = matches!(joint.link, Link::Ball) && !other.active() && is_free(body);
+        let is_pendulum =
+            matches!(joint.model, JointModel::Ball) && !other.active() && is_free(body);
         is_pendulum.then_some(Pendulum { solver_row, body, r, other, at, sign })
     }
 }

@@ -12,7 +12,7 @@ use crate::base::simd::wide::{LANES, Sym3w, Vec3w, at, put};
 use crate::base::simd::wide_quat::Quatw;
 use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::state::bodies::NONE;
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::step::context::softness::Softness;
 use crate::step::solver::body::state::BodyState;
 use crate::step::solver::lent::Solver;
@@ -168,7 +168,7 @@ impl Solver<'_> {
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);
             let (mut limits, mut soft, mut linear) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
-            if let Some(Joint { link: Link::Distance { min, max, spring }, .. }) = joint {
+            if let Some(Joint { model: JointModel::Distance { min, max, spring }, .. }) = joint {
                 let [gap, impulse] = [at(&block.gap, lane), at(&block.impulse, lane)];
                 limits = vec3(*min, *max, spring.map_or(0.0, |s| s.rest_length));
                 soft = spring.map_or(Vec3::ZERO, |s| {

@@ -18,7 +18,7 @@ use super::layout::Layout;
 use crate::base::simd::wide::LANES;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Colors;
-use crate::state::joints::{Joints, Link};
+use crate::state::joints::{JointModel, Joints};
 
 /// A joint of a tree; its bodies are indices into [`Forest::bodies`].
 #[derive(Clone, Copy, Debug)]
@@ -146,15 +146,15 @@ impl Forest {
             joint.is_direct = false;
             let (a, b) = (end(joint.body_a), end(joint.body_b));
             // A joint may still name a body that was deactivated.
-            if (a, b) != (NONE, NONE) && connects(&joint.link) {
-                let fits = matches!(joint.link, Link::Ball | Link::SixDof(_));
+            if (a, b) != (NONE, NONE) && connects(&joint.model) {
+                let fits = matches!(joint.model, JointModel::Ball | JointModel::SixDof(_));
                 self.connect(a, b, fits, joint.articulated);
             }
         }
         for row in all() {
             let joint = joints.at(row);
             let (a, b) = (end(joint.body_a), end(joint.body_b));
-            if (a, b) == (NONE, NONE) || !connects(&joint.link) {
+            if (a, b) == (NONE, NONE) || !connects(&joint.model) {
                 continue;
             }
             let root = find(&mut self.roots, if a == NONE { b } else { a });
@@ -273,7 +273,7 @@ impl Forest {
         let joints_of = first_joint..self.joints.len();
         let mut scalars = 0;
         for joint in &self.joints[joints_of.clone()] {
-            if let Link::SixDof(six_dof) = &joints.at(joint.row).link {
+            if let JointModel::SixDof(six_dof) = &joints.at(joint.row).model {
                 scalars += six_dof.def.scalar_count();
             }
         }
@@ -373,8 +373,8 @@ impl Forest {
 }
 
 /// False for a six-axis joint without a locked axis.
-fn connects(link: &Link) -> bool {
-    !matches!(link, Link::SixDof(six_dof) if !six_dof.def.holds_any())
+fn connects(link: &JointModel) -> bool {
+    !matches!(link, JointModel::SixDof(six_dof) if !six_dof.def.holds_any())
 }
 
 /// The representative of a body's component.

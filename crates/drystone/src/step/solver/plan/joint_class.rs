@@ -1,6 +1,6 @@
 //! Classifies joints and contacts: each class has its own kernel or its own blocks.
 
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 
 /// Bit for contacts whose rows are rebuilt within the step; they share no block with others.
 pub(crate) const TURNING: u8 = 0x80;
@@ -35,12 +35,12 @@ pub(crate) const SIX_ANCHORED: u8 = 64;
 
 /// Class of a joint, which selects its kernel and the rows that the kernel solves.
 pub(crate) fn class_of(joint: &Joint) -> u8 {
-    match &joint.link {
-        Link::Ball if joint.is_direct => TREE,
-        Link::Ball => 0,
-        Link::Distance { .. } => DISTANCE,
-        Link::Coupling(_) | Link::Pulley(_) => COUPLED,
-        Link::SixDof(six_dof) => {
+    match &joint.model {
+        JointModel::Ball if joint.is_direct => TREE,
+        JointModel::Ball => 0,
+        JointModel::Distance { .. } => DISTANCE,
+        JointModel::Coupling(_) | JointModel::Pulley(_) => COUPLED,
+        JointModel::SixDof(six_dof) => {
             let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
             let parts = six_dof.def.parts();
             let pinned = if parts.locks_all_motions { SIX_ANCHORED } else { 0 };

@@ -11,7 +11,7 @@ use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Place;
 use crate::state::contacts::{Contacts, Slots};
 use crate::state::islands::Island;
-use crate::state::joints::{Joint, Joints, Link};
+use crate::state::joints::{Joint, JointModel, Joints};
 
 /// Refinement of an island, from the list of choices.
 pub(crate) fn subdivision_of(island: u32, chosen: &[Subdivision]) -> Subdivision {
@@ -104,14 +104,17 @@ fn precession(body: &Body) -> f32 {
 /// True if joints between two bodies hold the island, and nothing touches it.
 fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts) -> bool {
     let is_of_two = |joint: &u32| {
-        matches!(joints.at(*joint).link, Link::Ball | Link::Distance { .. } | Link::SixDof(_))
+        matches!(
+            joints.at(*joint).model,
+            JointModel::Ball | JointModel::Distance { .. } | JointModel::SixDof(_)
+        )
     };
     let presses = |(row, _): (u32, u32)| {
         let contact = contacts.at(row);
         contact.count > 0 && !contact.sensor
     };
     // A single body on a ball joint is integrated as a pendulum: see `joint/pivot.rs`.
-    let is_ball = |joint: &u32| matches!(joints.at(*joint).link, Link::Ball);
+    let is_ball = |joint: &u32| matches!(joints.at(*joint).model, JointModel::Ball);
     let swings = |body: &Body| island.len == 1 && body.ties.joints.iter().all(is_ball);
     island.bodies(bodies).all(|body| {
         body.active()
@@ -208,9 +211,9 @@ pub(crate) fn take_back(
 
 fn scale(joint: &mut Joint, factor: f32) {
     joint.impulse *= factor;
-    match &mut joint.link {
-        Link::SixDof(six_dof) => six_dof.state.scale_impulses(factor),
-        Link::Coupling(coupling) => coupling.impulse *= factor,
-        Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+    match &mut joint.model {
+        JointModel::SixDof(six_dof) => six_dof.state.scale_impulses(factor),
+        JointModel::Coupling(coupling) => coupling.impulse *= factor,
+        JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => {}
     }
 }

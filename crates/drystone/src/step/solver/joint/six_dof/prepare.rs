@@ -11,7 +11,7 @@ use crate::base::simd::wide::{
 use crate::base::simd::wide_quat::Quatw;
 use crate::base::threads::jobs::{Jobs, for_shares};
 use crate::state::bodies::NONE;
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::six_dof::{FAR, Flags, SixDofLaws, SixDofState};
 use crate::step::solver::joint::prepare::Raw;
 use crate::step::solver::joint::sweep::JointSweep;
@@ -132,7 +132,7 @@ impl Solver<'_> {
         self.prefetch_joints(&self.plan.six_dof, block + 2);
         let next = self.plan.six_dof.owners[..end].get(block + 1);
         for owner in next.into_iter().flatten() {
-            if let Some(Joint { link: Link::SixDof(six_dof), .. }) = self.joint(*owner) {
+            if let Some(Joint { model: JointModel::SixDof(six_dof), .. }) = self.joint(*owner) {
                 prefetch(&six_dof.laws);
                 prefetch(&six_dof.state);
                 prefetch(&six_dof.def.frame_a);
@@ -156,7 +156,7 @@ impl Solver<'_> {
         (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
         for (lane, row) in owners.iter().enumerate() {
             if let Some(joint) = self.joint(*row)
-                && let Link::SixDof(six_dof) = &joint.link
+                && let JointModel::SixDof(six_dof) = &joint.model
             {
                 joints.laws[lane] = &six_dof.laws;
                 joints.states[lane] = &six_dof.state;
@@ -231,7 +231,7 @@ impl Solver<'_> {
         for (row, state) in owners.iter().zip(states) {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.row(*row as usize)
-                && let Link::SixDof(six_dof) = &mut joint.link
+                && let JointModel::SixDof(six_dof) = &mut joint.model
             {
                 six_dof.state = bytemuck::cast(state);
             }
