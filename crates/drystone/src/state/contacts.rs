@@ -136,7 +136,7 @@ impl Contacts {
     /// Prefetches the entry that tells whether a pair has a contact. Affects only time, like the
     /// prefetches below.
     #[inline]
-    pub(crate) fn ask_for_pair(&self, (shape_a, shape_b): (u32, u32)) {
+    pub(crate) fn prefetch_pair(&self, (shape_a, shape_b): (u32, u32)) {
         self.pairs.prefetch(pair_key(shape_a, shape_b));
     }
 

@@ -225,7 +225,7 @@ impl Finder<'_> {
     /// Queues an overlapping pair, and checks the pair that leaves the queue.
     #[inline]
     fn add(&self, pair: (u32, u32), queue: &mut Queue, out: &mut Vec<u64>) {
-        self.contacts.ask_for_pair(pair);
+        self.contacts.prefetch_pair(pair);
         self.list(queue.turn(pair), out);
     }
 

@@ -95,7 +95,7 @@ pub(crate) fn advance_poses(
             let before = advance(ctx, flock, &bodies, solved);
             for (k, (row, (center, rotation))) in flock.iter().zip(before).enumerate() {
                 if let Some(soon) = flock.get(k + PREFETCH) {
-                    ask_for_shapes(ctx, *soon, &bodies, &table);
+                    prefetch_shapes(ctx, *soon, &bodies, &table);
                 }
                 let Some(body) = bodies.row(*row as usize) else { continue };
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
@@ -212,7 +212,7 @@ const PREFETCH: usize = 4;
 /// Prefetches the first two shapes of a body that flies or may have used up its room, and whose
 /// shapes may need other boxes.
 #[inline(always)]
-fn ask_for_shapes(
+fn prefetch_shapes(
     ctx: &StepContext,
     row: u32,
     bodies: &ReadRows<'_, Option<Body>>,

@@ -220,7 +220,7 @@ impl<'h> Hooks<'h> {
         self.panic.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn ask(&self, contact: &mut HookedContact<'_>) {
+    pub(super) fn call(&self, contact: &mut HookedContact<'_>) {
         if self.is_broken.load(Ordering::Relaxed) {
             return;
         }

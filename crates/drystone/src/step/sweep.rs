@@ -10,12 +10,12 @@
 //! impact (docs/decisions/032-continuous-collision.md). Velocities stay, so the contact of the next
 //! step receives the whole impact.
 
-mod asks;
+mod hooks;
 mod meetings;
 mod stops;
 mod paths;
 
-use self::asks::Asks;
+use self::hooks::HookCalls;
 use self::paths::{Paths, pose_of, put};
 use super::context::StepContext;
 use super::hooks::Hooks;
@@ -45,7 +45,7 @@ const SIZES_AHEAD: f32 = 5.0;
 
 /// Maximum number of pairs tested for nearness, for each ray that the test may save. Pairs are
 /// contiguous in memory, while a ray traverses the trees of shapes and of a mesh.
-const ASKED: usize = 32;
+const REQUESTED: usize = 32;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -107,23 +107,23 @@ pub(crate) fn stop_fast_bodies<'a>(
         return;
     }
     let watches = contacts.awake_watches();
-    let asks = watches.len() <= ASKED * fast.len();
+    let hook_calls = watches.len() <= REQUESTED * fast.len();
     flight_of.cover(bodies.rows.slot_count());
     for (number, flight) in (0..).zip(&*fast) {
         flight_of.set(flight.row, number);
     }
-    if asks {
+    if hook_calls {
         find_met(bodies, watches, flight_of, met, jobs);
         met.iter().flat_map(|met| &met.near).for_each(|body| near.insert(*body));
     } else {
         met.iter_mut().for_each(Output::clear);
     }
-    let hooked = hooks.map(|hooks| Asks { ctx, hooks, bodies, shapes });
-    let around = Around { bodies, shapes, bounds, asks: hooked };
+    let hooked = hooks.map(|hooks| HookCalls { ctx, hooks, bodies, shapes });
+    let around = Around { bodies, shapes, bounds, hook_calls: hooked };
     collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |range, out| {
         for Flight { row, from, stood, in_boxes, .. } in &fast[range] {
             // Pairs exist with everything that it may have met, and all of them are still apart.
-            if asks && *in_boxes && !near.contains(*row) {
+            if hook_calls && *in_boxes && !near.contains(*row) {
                 continue;
             }
             let body = around.bodies.at(*row);
@@ -136,7 +136,7 @@ pub(crate) fn stop_fast_bodies<'a>(
             }
         }
     });
-    if asks {
+    if hook_calls {
         met.iter().for_each(|met| near.remove_all(&met.near));
     }
     for (row, center) in stopped.iter().flatten() {
@@ -146,7 +146,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     let paths = Paths { ctx, fast, flight_of, bodies };
     let around = meetings::Around { paths, shapes, bounds, contacts, joints };
     let rows = met.iter().flat_map(|met| &met.contacts).copied();
-    meetings::find(&around, (fast, asks), rows, meetings, jobs);
+    meetings::find(&around, (fast, hook_calls), rows, meetings, jobs);
     let found = meetings.found();
     if !found.is_empty() {
         let flights = (fast.as_slice(), &*flight_of);
@@ -187,7 +187,7 @@ struct Around<'a> {
     bodies: &'a Bodies,
     shapes: &'a Shapes,
     bounds: &'a Bounds,
-    asks: Option<Asks<'a>>,
+    hook_calls: Option<HookCalls<'a>>,
 }
 
 /// A swept object: a body, or a part of one.
@@ -242,19 +242,19 @@ fn first_stop_of(
     if delta == Vec3::ZERO {
         return None;
     }
-    let Around { bodies, shapes, bounds, asks } = around;
+    let Around { bodies, shapes, bounds, hook_calls } = around;
     let meets = |s: u32, other: &ShapeRow| {
         let s = shapes.at(s);
         s.is_solid() && s.filter.collides_with(other.filter)
     };
     // A stopped body has the rotation of the end of the step.
     let is_held = |item: u32, shape: &ShapeRow, stop: f32| {
-        let Some(asks) = asks else { return true };
+        let Some(hook_calls) = hook_calls else { return true };
         let own =
             Pose { position: swept.body.center - delta * (1.0 - stop), ..pose_of(swept.body) };
         let fixed = pose_of(bodies.at(shape.body));
         let mut met = swept.shapes.iter().filter(|s| meets(**s, shape));
-        met.any(|s| !asks.are_of(*s, item) || asks.stop([*s, item], [own, fixed]))
+        met.any(|s| !hook_calls.are_of(*s, item) || hook_calls.stop([*s, item], [own, fixed]))
     };
     let stops_at = |row: u32, shape: &ShapeRow, normal: Vec3| {
         one_way::stops(shapes, row, bodies.at(shape.body), normal, delta)
@@ -403,7 +403,7 @@ mod tests {
                 world.step(1.0 / 60.0);
                 let (then, now) = (then.tables_mut(), world.tables_mut());
                 let (bodies, shapes, bounds) = (&now.bodies, &now.shapes, &now.bounds);
-                let around = Around { bodies, shapes, bounds, asks: None };
+                let around = Around { bodies, shapes, bounds, hook_calls: None };
                 for (id, body) in bodies.rows.iter().filter(|(_, body)| body.is_dynamic()) {
                     let row = id.index();
                     let before: &Body = then.bodies.at(row);

@@ -195,7 +195,7 @@ impl<T> Copy for Next<'_, T> {}
 impl<T> Next<'_, T> {
     /// Prefetches some of its cache lines. Affects only time.
     #[inline(always)]
-    pub(crate) fn ask(&self, lines: Range<usize>) {
+    pub(crate) fn prefetch(&self, lines: Range<usize>) {
         lines.for_each(|line| self.rows.prefetch_line(self.row, line));
     }
 }

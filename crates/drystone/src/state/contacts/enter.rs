@@ -2,7 +2,7 @@
 //! parallel. The result equals that of serial insertion.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
-use super::lists::{Links, Owners, ask_for_heads};
+use super::lists::{Links, Owners, prefetch_heads};
 use super::{Contact, Contacts, Probe, Table, Watch};
 use crate::base::grow;
 use crate::base::threads::disjoint::{Apart, Rows};
@@ -151,7 +151,7 @@ fn link(
     let links = Links(table);
     for (k, n) in new.iter().enumerate() {
         if let Some(soon) = new.get(k + 2 * PREFETCH) {
-            ask_for_heads(bodies, soon.bodies, &owns);
+            prefetch_heads(bodies, soon.bodies, &owns);
         }
         if let Some(soon) = new.get(k + PREFETCH) {
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {

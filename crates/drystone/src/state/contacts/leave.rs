@@ -2,7 +2,7 @@
 //! equals that of serial removal.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
-use super::lists::{Links, Owners, ask_for_heads};
+use super::lists::{Links, Owners, prefetch_heads};
 use super::{Contact, Contacts, Table, Watched};
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::threads::disjoint::{Apart, Rows};
@@ -58,7 +58,7 @@ fn unwatch(gone: &[Leaver], table: &Table, watched: &mut Watched) {
             table.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
         }
         if let Some(soon) = gone.get(k + PREFETCH) {
-            watched.ask_for(soon.row, PREFETCH, table);
+            watched.prefetch(soon.row, PREFETCH, table);
         }
         if let Some(contact) = table.read(g.row as usize).as_ref().filter(|c| !c.is_part) {
             watched.remove(contact.probe.get() as usize, table);
@@ -89,7 +89,7 @@ fn unlink(
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * PREFETCH) {
             table.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
-            ask_for_heads(bodies, soon.bodies, &owns);
+            prefetch_heads(bodies, soon.bodies, &owns);
         }
         if let Some(soon) = gone.get(k + PREFETCH) {
             for (side, body) in (0..).zip(soon.bodies) {

@@ -35,7 +35,7 @@ impl Owners {
 
 /// Prefetches the list heads of the two bodies, if this owner owns them.
 #[inline(always)]
-pub(super) fn ask_for_heads(
+pub(super) fn prefetch_heads(
     bodies: Rows<'_, Option<Body>>,
     of: [u32; 2],
     owns: impl Fn(u32) -> bool,

@@ -169,7 +169,7 @@ impl Watched {
 
     /// Prefetches the entries that [`Self::remove`] will write for a contact, `ahead` contacts
     /// before.
-    pub(super) fn ask_for(&self, row: u32, ahead: usize, table: &Table) {
+    pub(super) fn prefetch(&self, row: u32, ahead: usize, table: &Table) {
         let place = table.read(row as usize).as_ref().map_or(0, |c| c.probe.get() as usize);
         if let (Some(watch), Some(probe)) = (self.watches.get(place), self.probes.get(place)) {
             prefetch(watch);

@@ -35,7 +35,7 @@ use super::solver::body::solved::Solved;
 use super::solver::body::squeeze::Squeeze;
 use super::solver::contact::store::approach;
 use super::solver::input::Input;
-use super::solver::totals_rows::{Askers, ContactTotals, POINTS};
+use super::solver::totals_rows::{ContactTotals, POINTS, SumRequests};
 use super::solver_body::{SolverBody, Whitening};
 use crate::base::double::greater;
 use crate::base::math::{Vec3, bounded};
@@ -130,7 +130,7 @@ pub(crate) fn solve(
         }
     }
     let Input { bodies, shapes, breakage, .. } = input;
-    c.store(ctx, Askers { bodies, shapes, breakage }, contacts, joints);
+    c.store(ctx, SumRequests { bodies, shapes, breakage }, contacts, joints);
     c.write_bodies(&settings, solved);
 }
 
@@ -303,11 +303,11 @@ impl Scratch {
     fn store(
         &mut self,
         ctx: &StepContext,
-        askers: Askers<'_>,
+        sum_requests: SumRequests<'_>,
         contacts: &mut Contacts,
         joints: &mut Joints,
     ) {
-        let bodies = askers.bodies;
+        let bodies = sum_requests.bodies;
         self.begun.clear();
         self.given.clear();
         // The classic methods keep no sums: the last substep stands for all.
@@ -335,7 +335,7 @@ impl Scratch {
                 let ends = (bodies.at(c.body_a), bodies.at(c.body_b));
                 c.set_approach(approach(c, landing, ends, (ctx, None)));
             }
-            let asked = askers.ask_for(c);
+            let asked = sum_requests.include(c);
             if landed != 0 || asked {
                 let [p, q, r, s] = points;
                 let peaks = [p, q, r, s, p + q + r + s].map(|p| bounded(p / ctx.dt));

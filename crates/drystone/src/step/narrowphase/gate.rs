@@ -91,7 +91,7 @@ impl Gate<'_> {
             surface,
             dropped: false,
         };
-        hooks.ask(&mut contact);
+        hooks.call(&mut contact);
         let admitted = Admitted { surface: contact.surface, is_hooked: true };
         (!contact.dropped).then_some(admitted)
     }

@@ -56,7 +56,7 @@ const ROUNDING: f32 = 2.4e-7;
 /// Maximum number of a shape's contacts that are tested for hiding another one. The test runs for
 /// every pair of them: a shape that lies in a hundred others took minutes a step. A ghost may stay
 /// where a shape has more contacts than that.
-const MAX_ASKED: u32 = 64;
+const MAX_TESTED: u32 = 64;
 
 /// Prefetch distance for contacts, in changes.
 const PREFETCH: usize = 8;
@@ -344,15 +344,15 @@ impl<'a> Seen<'a> {
                 continue;
             };
             let doubted = self.side(row, side);
-            let mut asked = 0;
+            let mut tested = 0;
             let found = self.held.of(shape).find_map(|on| {
                 let may_hide = on.row != row
                     // This excludes most candidates: contacts of a body at rest on several tiles of
                     // a floor.
                     && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
                     && !self.contacts.at(on.row).sensor;
-                asked += u32::from(may_hide);
-                if !may_hide || asked > MAX_ASKED {
+                tested += u32::from(may_hide);
+                if !may_hide || tested > MAX_TESTED {
                     return None;
                 }
                 let normal = self.hides(on.row, &self.side(on.row, on.side), &doubted)?;

@@ -7,7 +7,7 @@ use super::impact::Impacts;
 use super::joint::lent::JointRows;
 use super::pass::Progress;
 use super::plan::Plan;
-use super::totals_rows::Askers;
+use super::totals_rows::SumRequests;
 use super::tree::lent::TreeRows;
 use crate::base::threads::disjoint::Rows;
 use crate::state::bodies::Bodies;
@@ -25,7 +25,7 @@ pub(crate) struct Solver<'a> {
     pub(super) plan: &'a Plan,
     /// See `rounds.rs`; 0 outside of rounds.
     pub(super) round: u32,
-    pub(super) askers: Askers<'a>,
+    pub(super) sum_requests: SumRequests<'a>,
 
     // Tables of the world.
     pub(super) bodies: &'a Bodies,

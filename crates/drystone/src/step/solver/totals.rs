@@ -16,7 +16,7 @@ use super::lent::Solver;
 use super::plan::group::Group;
 use super::plan::joint_class::DISTANCE;
 use super::totals_rows::{
-    ASKED, ContactTally, ContactTotals, JointTally, LANDED, NEW, POINTS, Peaks, TURNS, Totals,
+    ContactTally, ContactTotals, JointTally, LANDED, NEW, POINTS, Peaks, REQUESTED, TURNS, Totals,
     TreeTally, Watch, When, landed,
 };
 use crate::base::math::{bounded, vec3};
@@ -32,7 +32,7 @@ impl super::scratch::Scratch {
         let watched = blocks.enumerate().filter(|(_, ((watch, _), _))| **watch != Watch::NONE);
         let summed = watched.flat_map(|(i, ((watch, tally), owners))| {
             let peaks = self.contact.peaks.get(i).copied().unwrap_or_default();
-            let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (ASKED | LANDED) != 0);
+            let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (REQUESTED | LANDED) != 0);
             lanes.map(move |lane| {
                 let [x, y, z] = tally.push.map(|sum| bounded(sum[lane]));
                 ContactTotals {
@@ -41,7 +41,7 @@ impl super::scratch::Scratch {
                     push: vec3(x, y, z),
                     peaks: peaks.0.map(|peak| bounded(peak[lane])),
                     landed: landed(watch.0[lane]),
-                    asked: watch.0[lane] & ASKED != 0,
+                    asked: watch.0[lane] & REQUESTED != 0,
                 }
             })
         });
@@ -54,13 +54,13 @@ impl Solver<'_> {
     /// rebuilt within the step.
     pub(super) fn watch(&self, i: usize, turns: bool) {
         let mut watch = Watch(self.contact.blocks.read(i).landing);
-        if self.askers.any() {
+        if self.sum_requests.any() {
             for (lane, row) in self.plan.contacts.owners[i].iter().enumerate() {
                 if *row != u32::MAX
                     && let Some(contact) = self.contacts.read(*row as usize)
-                    && self.askers.ask_for(contact)
+                    && self.sum_requests.include(contact)
                 {
-                    watch.0[lane] |= ASKED;
+                    watch.0[lane] |= REQUESTED;
                 }
             }
         }
@@ -83,7 +83,7 @@ impl Solver<'_> {
 
     fn begin_tally(&self, i: usize) {
         *self.contact.tallies.row(i) = ContactTally::default();
-        if self.askers.any() {
+        if self.sum_requests.any() {
             *self.contact.peaks.row(i) = Peaks::default();
         }
     }
@@ -99,7 +99,7 @@ impl Solver<'_> {
         for (block, lane, bounce) in self.impacts.row(number).given() {
             let Some(tally) = self.tally(block) else { continue };
             tally.add_bounce(lane, bounce);
-            if self.askers.any() {
+            if self.sum_requests.any() {
                 self.contact.peaks.row(block).add_bounce(lane, bounce);
             }
         }
@@ -109,7 +109,7 @@ impl Solver<'_> {
     /// landed.
     pub(super) fn end_tally(&self, i: usize) {
         let Some(tally) = self.tally(i) else { return };
-        let mut peaks = self.askers.any().then(|| self.contact.peaks.row(i));
+        let mut peaks = self.sum_requests.any().then(|| self.contact.peaks.row(i));
         for lane in 0..LANES {
             if let Some(Peaks(peaks)) = &mut peaks {
                 for peak in peaks {
@@ -143,7 +143,7 @@ impl Solver<'_> {
 
     /// Resets the sums of a group's joints.
     pub(super) fn begin_tallies(&self, group: &Group) {
-        if !self.askers.breakage {
+        if !self.sum_requests.breakage {
             return;
         }
         for i in self.plan.joints.blocks_of(&group.joints) {
@@ -161,7 +161,7 @@ impl Solver<'_> {
 
     /// Adds the joints' impulses after a sweep.
     pub(super) fn add_to_tallies(&self, group: &Group, when: When) {
-        if !self.askers.breakage {
+        if !self.sum_requests.breakage {
             return;
         }
         for batch in &self.plan.joints.batches[group.joints.clone()] {
@@ -193,7 +193,7 @@ impl Solver<'_> {
 
     /// Writes the sums to the joints. A pendulum's joint has its own already.
     pub(super) fn store_tallies(&self, group: &Group) {
-        if !self.askers.breakage {
+        if !self.sum_requests.breakage {
             return;
         }
         let give = |row: u32, totals: Totals| {

@@ -17,7 +17,7 @@ pub(crate) fn add(sum: &mut Lanes, last: &mut Lanes, now: &Lanes, is_relax: bool
 
 /// Contacts of a block whose impulses are summed: one byte for each lane, 0 for none. Bits 0 to 3
 /// are points that bore no load at the step's start and approach as fast as a hit; see [`NEW`],
-/// [`ASKED`], [`LANDED`].
+/// [`REQUESTED`], [`LANDED`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Watch(pub(super) [u8; LANES]);
 
@@ -38,7 +38,7 @@ pub(crate) const POINTS: u8 = 0x0f;
 pub(crate) const NEW: u8 = 0x10;
 
 /// A body of the contact can break, or a shape reports forces.
-pub(crate) const ASKED: u8 = 0x20;
+pub(crate) const REQUESTED: u8 = 0x20;
 
 /// Points of bits 0 to 3, or any point of a new contact, were pressed in the step.
 pub(crate) const LANDED: u8 = 0x40;
@@ -254,21 +254,21 @@ pub(crate) struct ContactTotals {
 
 /// Selects the contacts whose impulses are summed in a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Askers<'a> {
+pub(crate) struct SumRequests<'a> {
     pub(crate) bodies: &'a Bodies,
     pub(crate) shapes: &'a Shapes,
     /// Some body or joint can break.
     pub(crate) breakage: bool,
 }
 
-impl Askers<'_> {
+impl SumRequests<'_> {
     /// True if some contact may need sums.
     pub(super) const fn any(&self) -> bool {
         self.breakage || self.shapes.report_forces > 0
     }
 
     /// True if a body of the contact can break or a shape reports forces.
-    pub(crate) fn ask_for(&self, contact: &Contact) -> bool {
+    pub(crate) fn include(&self, contact: &Contact) -> bool {
         let breaks = |row: u32| self.bodies.at(row).record.breaks;
         let reports = |row: u32| self.shapes.at(row).reports.forces;
         self.breakage && (breaks(contact.body_a) || breaks(contact.body_b))

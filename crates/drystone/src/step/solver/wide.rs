@@ -15,7 +15,7 @@ use super::lent::Solver;
 use super::pass::Progress;
 use super::plan::group::Group;
 use super::scratch::Scratch;
-use super::totals_rows::Askers;
+use super::totals_rows::SumRequests;
 use super::with_particles;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each_in_buffer, for_shares};
@@ -65,10 +65,15 @@ pub(crate) fn solve(
         jobs,
     );
     let [corotates, parts, has_impacts] = closing.listed();
-    let askers = Askers { bodies, shapes, breakage };
+    let sum_requests = SumRequests { bodies, shapes, breakage };
     let has_extras = colors.special > 0 || corotates;
-    let needs =
-        Needs { extras: has_extras, impacts: has_impacts, corotates, parts, peaks: askers.any() };
+    let needs = Needs {
+        extras: has_extras,
+        impacts: has_impacts,
+        corotates,
+        parts,
+        peaks: sum_requests.any(),
+    };
     s.solved.allocate(&s.plan, has_extras);
     s.contact.allocate(&s.plan, needs);
     s.joint.allocate(&s.plan, breakage);
@@ -91,7 +96,7 @@ pub(crate) fn solve(
         method,
         plan,
         round: 0,
-        askers,
+        sum_requests,
         bodies,
         shapes,
         contacts: slots,

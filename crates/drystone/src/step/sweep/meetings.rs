@@ -72,7 +72,7 @@ pub(super) fn find(
     spans.clear();
     spans.extend(fast.iter().map(|flight| around.span(flight, asked)));
     collect_ranges(jobs, spans.len(), grain(jobs, spans.len(), 8), lists, |range, out| {
-        spans[range].iter().filter(|span| !span.paired).for_each(|span| around.ask(span, out));
+        spans[range].iter().filter(|span| !span.paired).for_each(|span| around.test(span, out));
     });
     found.clear();
     for row in rows {
@@ -97,7 +97,7 @@ impl Around<'_> {
     }
 
     /// Adds candidates from the trees.
-    fn ask(&self, span: &Span, out: &mut Vec<Meeting>) {
+    fn test(&self, span: &Span, out: &mut Vec<Meeting>) {
         for tree in [&self.bounds.moving, &self.bounds.fixed] {
             tree.query(&span.around, |other| {
                 if self.paths.may_pass(span.row, self.shapes.at(other).body) {

@@ -7,7 +7,7 @@
 //! pushed, ends where it is, with the other in front of it. Two fast bodies both continue with the
 //! motion of their common center of mass.
 
-use super::asks::Asks;
+use super::hooks::HookCalls;
 use super::meetings::Meeting;
 use super::paths::{Paths, pose_of, put};
 use crate::base::bit_set::BitSet;
@@ -81,8 +81,8 @@ pub(super) fn stop(
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| !is_of_sensor(**meeting, shapes)));
     for _ in 0..MAX_ROUNDS {
-        let asks = hooks.map(|hooks| Asks { ctx, hooks, bodies, shapes });
-        let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, asks };
+        let hook_calls = hooks.map(|hooks| HookCalls { ctx, hooks, bodies, shapes });
+        let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, hook_calls };
         collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), lists, |range, out| {
             let some = asked[range].iter();
             out.extend(some.filter_map(|m| steps.meet(*m).map(|part| Stop { part, meeting: *m })));
@@ -100,7 +100,7 @@ pub(super) fn stop(
                 continue;
             }
             let paths = Paths { ctx, fast, flight_of, bodies };
-            let ends = Steps { paths, shapes, asks: None }.ends(*stop);
+            let ends = Steps { paths, shapes, hook_calls: None }.ends(*stop);
             for (row, pose) in ends.into_iter().flatten() {
                 put(ctx, row, pose, bodies, shapes, bounds);
                 is_moved.insert(row);
@@ -115,7 +115,7 @@ pub(super) fn stop(
         is_moved.remove_all(moved);
         moved.clear();
     }
-    let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, asks: None };
+    let steps = Steps { paths: Paths { ctx, fast, flight_of, bodies }, shapes, hook_calls: None };
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| is_of_sensor(**meeting, shapes)));
     collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
@@ -141,7 +141,7 @@ fn bodies_of((a, b): Meeting, shapes: &Shapes) -> [u32; 2] {
 struct Steps<'a> {
     paths: Paths<'a>,
     shapes: &'a Shapes,
-    asks: Option<Asks<'a>>,
+    hook_calls: Option<HookCalls<'a>>,
 }
 
 impl Steps<'_> {
@@ -179,10 +179,10 @@ impl Steps<'_> {
 
     /// False if hooks let two shapes pass each other that meet after a part of the step.
     fn is_held(&self, meeting @ (a, b): Meeting, part: f32) -> bool {
-        let asks = self.asks.as_ref().filter(|asks| asks.are_of(a, b));
-        asks.is_none_or(|asks| {
+        let hook_calls = self.hook_calls.as_ref().filter(|hook_calls| hook_calls.are_of(a, b));
+        hook_calls.is_none_or(|hook_calls| {
             let poses = bodies_of(meeting, self.shapes).map(|row| self.paths.path(row).at(part));
-            asks.stop([a, b], poses)
+            hook_calls.stop([a, b], poses)
         })
     }
 

@@ -132,7 +132,7 @@ impl Solver<'_> {
                     }
                     if let Some(tally) = tally {
                         tally.add(block, 1.0);
-                        if !relaxes && self.askers.any() {
+                        if !relaxes && self.sum_requests.any() {
                             self.contact.peaks.row(i).note(block);
                         }
                     }

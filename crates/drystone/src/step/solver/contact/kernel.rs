@@ -134,7 +134,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     // piece is as large as can arrive during the work between two pieces.
     let (asked, last) = (5 + 6 * N, ContactBlock::cache_lines(N));
     let half = asked + (last - asked) / 2;
-    next.ask(0..5);
+    next.prefetch(0..5);
     let zero = splat(simd, 0.0);
     let n = Vec3w::load(simd, &block.n);
     let (beta, mut vb) =
@@ -164,7 +164,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N] };
     let mut lambda = [zero; N];
     for j in 0..N {
-        next.ask(5 + 4 * j..9 + 4 * j);
+        next.prefetch(5 + 4 * j..9 + 4 * j);
         let point = &block.points[j];
         let b = Vec3w::load(simd, &point.b);
         vn[j] = u + b.dot(vb.w);
@@ -202,7 +202,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let mut z = [zero; N];
     let mut response = [[zero; N]; N];
     for j in 0..N {
-        next.ask(5 + 4 * N + 2 * j..7 + 4 * N + 2 * j);
+        next.prefetch(5 + 4 * N + 2 * j..7 + 4 * N + 2 * j);
         z[j] = gain[j] * vn[j];
         for i in 0..N {
             response[i][j] = gain[i] * load(simd, &block.k[K[i][j]]);
@@ -222,7 +222,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
             &mut z,
         );
     }
-    next.ask(asked..half);
+    next.prefetch(asked..half);
     let mut total = zero;
     let mut pushed = zero;
     let (mut turn_a, mut turn_b) = ([Vec3w::zero(simd); N], [Vec3w::zero(simd); N]);
@@ -247,7 +247,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         resist_rolling(simd, extra, &mut va, &mut vb, total);
     }
 
-    next.ask(half..last);
+    next.prefetch(half..last);
     note_pressed(block, above(total, zero));
     let limit = load(simd, &block.mu) * total;
     let of = extra.as_deref().map(|extra| (extra, elapsed));

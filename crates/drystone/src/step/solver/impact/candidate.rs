@@ -239,7 +239,7 @@ impl Candidate {
 
     /// Prefetches the solver bodies for an evaluation.
     #[inline]
-    pub(crate) fn ask(&self, source: &Source<'_>) {
+    pub(crate) fn prefetch(&self, source: &Source<'_>) {
         self.solver_rows
             .into_iter()
             .for_each(|solver_row| source.solver_bodies.prefetch(solver_row as usize, 1));

@@ -384,7 +384,7 @@ impl Impacts {
                     candidates.prefetch(*next as usize, size_of::<Candidate>() / 64);
                 }
                 if let Some(next) = looks.get(k + 3) {
-                    candidates.read(*next as usize).ask(source);
+                    candidates.read(*next as usize).prefetch(source);
                 }
                 *met = candidates.row(looks[k] as usize).look(source, moment, *pass);
             }

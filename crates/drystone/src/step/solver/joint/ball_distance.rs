@@ -32,10 +32,10 @@ pub(crate) struct Ahead<'a> {
 impl Ahead<'_> {
     /// Prefetches its first or second half.
     #[inline(always)]
-    fn ask<S: Simd, R: Root<S>>(&self, half: usize) {
+    fn prefetch<S: Simd, R: Root<S>>(&self, half: usize) {
         const LINES: usize = size_of::<JointBlock>() / 64;
-        self.block.ask(half * LINES / 2..(half + 1) * LINES / 2);
-        self.extra.ask(half * R::REST_LINES / 2..(half + 1) * R::REST_LINES / 2);
+        self.block.prefetch(half * LINES / 2..(half + 1) * LINES / 2);
+        self.extra.prefetch(half * R::REST_LINES / 2..(half + 1) * R::REST_LINES / 2);
     }
 }
 
@@ -139,14 +139,14 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     solver_bodies: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
-    next.ask::<S, R>(0);
+    next.prefetch::<S, R>(0);
     let mut q = read::<S, R>(simd, (block, extra), fixed, solver_bodies, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
         // The bodies carry the linear part unchanged.
         q.turn_moments(simd, block, old);
     }
-    next.ask::<S, R>(1);
+    next.prefetch::<S, R>(1);
     let bend = q.bend(simd, sweep).0;
     let (a, b) = (q.sa.rows(q.ra), q.sb.rows(q.rb));
     let linear = q.alpha * q.alpha + q.beta * q.beta;
@@ -188,8 +188,8 @@ pub(crate) fn solve_distance<S: Simd>(
     solver_bodies: &Rows<'_, SolverBody>,
     sweep: &JointSweep,
 ) {
-    next.ask::<S, Sym3w<S>>(0);
-    next.ask::<S, Sym3w<S>>(1);
+    next.prefetch::<S, Sym3w<S>>(0);
+    next.prefetch::<S, Sym3w<S>>(1);
     let mut q = read::<S, Sym3w<S>>(simd, (block, extra), fixed, solver_bodies, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));

@@ -49,7 +49,7 @@ impl Solver<'_> {
         self.plan.six_dof.for_blocks(&group.six_dof, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks.clone() {
-                    self.ask_for_six_dof(i, blocks.end);
+                    self.prefetch_six_dof(i, blocks.end);
                     self.pack_block(simd, i, batch.class);
                 }
             });
@@ -128,7 +128,7 @@ impl Solver<'_> {
     /// Prefetches the joints of the block after the next one, and the data behind the joints of the
     /// next one. Stops at the last own block, because others may be written meanwhile.
     #[inline(always)]
-    fn ask_for_six_dof(&self, block: usize, end: usize) {
+    fn prefetch_six_dof(&self, block: usize, end: usize) {
         self.prefetch_joints(&self.plan.six_dof, block + 2);
         let next = self.plan.six_dof.owners[..end].get(block + 1);
         for owner in next.into_iter().flatten() {

@@ -14,14 +14,14 @@ use crate::step::hooks::{HookedContact, Hooks, Motion, Surface};
 
 /// The hooks of a step, with the tables for their arguments.
 #[derive(Clone, Copy)]
-pub(super) struct Asks<'a> {
+pub(super) struct HookCalls<'a> {
     pub(super) ctx: &'a StepContext,
     pub(super) hooks: &'a Hooks<'a>,
     pub(super) bodies: &'a Bodies,
     pub(super) shapes: &'a Shapes,
 }
 
-impl Asks<'_> {
+impl HookCalls<'_> {
     /// True if a pair has hooks.
     pub(super) fn are_of(&self, a: u32, b: u32) -> bool {
         [a, b].iter().any(|shape| self.shapes.at(*shape).reports.has_hooks())
@@ -75,7 +75,7 @@ impl Asks<'_> {
             surface: Surface { friction, restitution, softness },
             dropped: false,
         };
-        self.hooks.ask(&mut contact);
+        self.hooks.call(&mut contact);
         !contact.dropped
     }
 
