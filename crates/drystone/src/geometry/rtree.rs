@@ -23,6 +23,8 @@ use crate::base::threads::jobs::{Jobs, for_items, grain};
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
 const NONE: u32 = u32::MAX;
+/// Maximum number of levels: blocks of eight, and items are numbered by 32 bits.
+const MAX_LEVELS: usize = 11;
 /// Growth factor of the blocks at which the order is computed again. Queries slow down roughly in
 /// proportion to it. At 1.2 rebuilding costs more than it saves; at 3 the queries do.
 const WORN: f64 = 1.6;
@@ -95,7 +97,7 @@ impl RTree {
 
     /// Returns true if items and leaves refer to each other, and every level has the blocks that
     /// the one below needs.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let leaves = self.items.len();
         let is_leaf = |(leaf, item): (u32, &u32)| *item == NONE || self.leaf(*item) == leaf;
         let named = self.leaf_of.iter().filter(|leaf| **leaf != NONE).count();
@@ -104,7 +106,8 @@ impl RTree {
             blocks = blocks.div_ceil(LANES);
             level.len() == blocks
         };
-        let levels = self.levels.iter().all(&mut is_level) && blocks <= 1;
+        let levels =
+            self.levels.len() <= MAX_LEVELS && self.levels.iter().all(&mut is_level) && blocks <= 1;
         let sections = self.sections.is_sorted_by(|a, b| a < b)
             && self.sections.last().is_none_or(|last| (*last as usize) < self.sorted);
         let items = (0..).zip(&self.items).all(is_leaf);
@@ -346,34 +349,40 @@ impl RTree {
 
     /// Calls `visit` with every item whose box overlaps `bounds`, until it returns false.
     #[inline]
-    pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
-        if let Some(top) = self.levels.len().checked_sub(1) {
-            self.query_block(top, 0, bounds, &mut visit);
-        }
+    pub(crate) fn query(&self, bounds: &Aabb, visit: impl FnMut(u32) -> bool) {
+        self.query_inline(bounds, visit);
     }
 
-    fn query_block(
-        &self,
-        level: usize,
-        index: usize,
-        bounds: &Aabb,
-        visit: &mut impl FnMut(u32) -> bool,
-    ) -> bool {
-        let Some(block) = self.levels[level].get(index) else { return true };
-        let mut mask = block.overlaps(bounds);
-        while mask != 0 {
-            let child = index * LANES + mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            let go_on = if level > 0 {
-                self.query_block(level - 1, child, bounds, visit)
-            } else {
-                self.items.get(child).is_none_or(|item| *item == NONE || visit(*item))
-            };
-            if !go_on {
-                return false;
+    /// [`Self::query`], for callers that are compiled for a SIMD level. A stack of masks replaces
+    /// recursion, because a recursive function is not inlined.
+    #[inline(always)]
+    pub(crate) fn query_inline(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
+        let Some(top) = self.levels.len().checked_sub(1) else { return };
+        let overlaps = |level: usize, block: usize| {
+            self.levels[level].get(block).map_or(0, |block| block.overlaps(bounds))
+        };
+        // The block of each level, and its children that are still to be visited.
+        let (mut blocks, mut masks) = ([0; MAX_LEVELS], [0; MAX_LEVELS]);
+        let mut level = top;
+        masks[top] = overlaps(top, 0);
+        loop {
+            let mask = masks[level];
+            if mask == 0 {
+                if level == top {
+                    return;
+                }
+                level += 1;
+                continue;
+            }
+            masks[level] = mask & (mask - 1);
+            let child = blocks[level] * LANES + mask.trailing_zeros() as usize;
+            if level > 0 {
+                level -= 1;
+                (blocks[level], masks[level]) = (child, overlaps(level, child));
+            } else if self.items.get(child).is_some_and(|item| *item != NONE && !visit(*item)) {
+                return;
             }
         }
-        true
     }
 
     /// Number of leaf blocks.

@@ -123,7 +123,7 @@ impl Tables {
     fn check_bounds(&self) -> Check {
         let Self { shapes, bounds, bodies, .. } = self;
         for (tree, fixed) in [(&bounds.fixed, true), (&bounds.moving, false)] {
-            holds(tree.is_sound(), "a tree of boxes is broken")?;
+            holds(tree.is_valid(), "a tree of boxes is broken")?;
             let is_right = |row: u32| {
                 let shape = shapes.rows.at(row);
                 shape.is_some_and(|s| s.fixed == fixed && s.is_in(bodies.at(s.body)))
@@ -142,7 +142,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
     let slots = bodies.rows.slot_count();
     holds(bodies.tracks.len() == slots, "bodies have not one track each")?;
     let known = &bodies.stillness;
-    let known = known.len() == slots && known.iter().all(Stillness::is_sound);
+    let known = known.len() == slots && known.iter().all(Stillness::is_valid);
     holds(known, "what is known of the rest of bodies is wrong")?;
     let mut seen = Seen::none_of(slots);
     for (place, row) in (0..).zip(&bodies.awake) {

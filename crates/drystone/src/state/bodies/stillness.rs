@@ -302,7 +302,7 @@ impl Stillness {
     }
 
     /// True if its numbers are valid, so that the verdict is computed from finite numbers.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let numbers = match self.verdict {
             Verdict::Rests => [0.0; 2],
             Verdict::Creeps(is, maximum) | Verdict::Sways(is, maximum) => [is, maximum],
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn marks_that_no_body_can_have_are_not_sound() {
-        assert!(Stillness::default().is_sound());
+        assert!(Stillness::default().is_valid());
         let changes: [fn(&mut Stillness); 7] = [
             |s| s.marks[0].center.x = 1.0e30,
             |s| s.marks[1].rotation.w = 1.0e20,
@@ -338,7 +338,7 @@ mod tests {
         for (i, change) in changes.into_iter().enumerate() {
             let mut known = Stillness::default();
             change(&mut known);
-            assert!(!known.is_sound(), "{i}");
+            assert!(!known.is_valid(), "{i}");
         }
     }
 }

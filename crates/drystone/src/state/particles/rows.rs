@@ -219,7 +219,7 @@ pub(crate) struct Touch {
 
 impl LinkColor {
     /// True if every lane is in use, free or not yet used.
-    pub(in crate::state) fn is_sound(&self) -> bool {
+    pub(in crate::state) fn is_valid(&self) -> bool {
         let lanes = self.blocks.iter().flat_map(|block| block.kinds);
         let idle = lanes.filter(|kind| *kind == LaneKind::Idle).count();
         let mut free = self.free.clone();

@@ -1,5 +1,7 @@
 //! Contact search of particles: finds shapes near a particle or on its path.
 
+use fearless_simd::dispatch;
+
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
 use crate::geometry::boxes::Ray;
@@ -147,18 +149,24 @@ impl Around<'_> {
                 if particle.still_time > 0.0 { 0.0 } else { SEARCH_DISTANCE * self.ctx.length };
             near.clear = reach + ahead;
             let bounds = Aabb::new(x, x).grown(near.clear);
-            self.bounds.fixed.query(&bounds, |row| {
-                self.meet(&seeker, particle, row, near);
-                true
+            dispatch!(self.ctx.level, simd => {
+                let _ = simd;
+                self.bounds.fixed.query_inline(&bounds, |row| {
+                    self.meet(&seeker, particle, row, near);
+                    true
+                });
             });
             particle.room = near.clear;
         }
         if self.bounds.moving.len() > 0 {
             let end = x + displacement;
             let bounds = Aabb::new(x.min(end), x.max(end)).grown(radius + self.ctx.margin);
-            self.bounds.moving.query(&bounds, |row| {
-                self.meet(&seeker, particle, row, near);
-                true
+            dispatch!(self.ctx.level, simd => {
+                let _ = simd;
+                self.bounds.moving.query_inline(&bounds, |row| {
+                    self.meet(&seeker, particle, row, near);
+                    true
+                });
             });
         }
         near.list[..near.count].sort_unstable_by_key(|m| m.shape);
