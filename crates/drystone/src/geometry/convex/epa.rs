@@ -4,6 +4,8 @@
 //! origin *by signed distance*. It may therefore start anywhere, with the origin inside or not.
 //! Sets that just miss each other give their separating axis instead of an error.
 
+use smallvec::SmallVec;
+
 use super::gjk::Wide;
 use crate::base::math::Vec3;
 
@@ -11,7 +13,7 @@ const MAX_CORNERS: usize = 128;
 const MAX_FACES: usize = 2 * MAX_CORNERS;
 const MAX_HORIZON: usize = MAX_CORNERS;
 
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Face {
     corners: [u8; 3],
     /// Unit normal, outward.
@@ -20,10 +22,8 @@ struct Face {
 }
 
 struct Growing {
-    corners: [Wide; MAX_CORNERS],
-    corner_count: usize,
-    faces: [Face; MAX_FACES],
-    face_count: usize,
+    corners: SmallVec<[Wide; MAX_CORNERS]>,
+    faces: SmallVec<[Face; MAX_FACES]>,
     /// Maximum height of a point above a face at which it counts as in its plane [m]: rounding must
     /// not make a far face visible.
     flush: f64,
@@ -40,18 +40,12 @@ pub(crate) fn min_overlap(
         let d = d.narrow();
         Wide::of(support_a(d)).minus(Wide::of(support_b(-d)))
     };
-    // 13 KiB, which grow in place: a move costs more than most searches.
-    let mut body = Growing {
-        corners: [Wide::default(); MAX_CORNERS],
-        corner_count: 0,
-        faces: [Face::default(); MAX_FACES],
-        face_count: 0,
-        flush: 0.0,
-    };
+    // 13 KiB, which grow in place: to move or to clear them costs more than most searches.
+    let mut body = Growing { corners: SmallVec::new(), faces: SmallVec::new(), flush: 0.0 };
     body.begin(&support)?;
     loop {
-        let mut nearest = body.faces[0];
-        for f in &body.faces[..body.face_count] {
+        let mut nearest = *body.faces.first()?;
+        for f in &body.faces {
             if f.offset < nearest.offset {
                 nearest = *f;
             }
@@ -99,8 +93,7 @@ impl Growing {
             return None;
         }
         self.flush = 1.0e-12 * width;
-        self.corners[..4].copy_from_slice(&[a, b, c, d]);
-        self.corner_count = 4;
+        self.corners.extend_from_slice(&[a, b, c, d]);
         let faces: [[u8; 3]; 4] = if height > 0.0 {
             [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
         } else {
@@ -114,32 +107,28 @@ impl Growing {
 
     fn push(&mut self, corners: [u8; 3]) -> bool {
         let [a, b, c] = corners.map(|i| self.corners[usize::from(i)]);
-        if self.face_count == MAX_FACES {
+        if self.faces.len() == MAX_FACES {
             return false;
         }
         // A face of three collinear corners closes the surface and never grows.
         let nothing = Face { corners, normal: Wide::default(), offset: f64::INFINITY };
-        self.faces[self.face_count] = match unit(b.minus(a).cross(c.minus(a))) {
+        self.faces.push(match unit(b.minus(a).cross(c.minus(a))) {
             Some(normal) => Face { corners, normal, offset: normal.dot(a) },
             None => nothing,
-        };
-        self.face_count += 1;
+        });
         true
     }
 
     /// Adds a corner; returns false if there is no space left or the surface would not stay closed.
     fn grow(&mut self, p: Wide) -> bool {
-        if self.corner_count == MAX_CORNERS {
+        let new = self.corners.len();
+        if new == MAX_CORNERS {
             return false;
         }
-        let new = self.corner_count;
-        self.corners[new] = p;
-        self.corner_count += 1;
-        let mut horizon = [(0_u8, 0_u8); MAX_HORIZON];
-        let mut n = 0;
+        self.corners.push(p);
+        let mut horizon = SmallVec::<[(u8, u8); MAX_HORIZON]>::new();
         let mut k = 0;
-        while k < self.face_count {
-            let f = self.faces[k];
+        while let Some(f) = self.faces.get(k) {
             if f.normal.dot(p) - f.offset <= self.flush {
                 k += 1;
                 continue;
@@ -147,22 +136,19 @@ impl Growing {
             let [a, b, c] = f.corners;
             for edge in [(a, b), (b, c), (c, a)] {
                 // An edge between two removed faces appears once from each side.
-                if let Some(twin) = horizon[..n].iter().position(|e| *e == (edge.1, edge.0)) {
-                    n -= 1;
-                    horizon[twin] = horizon[n];
-                } else if n < MAX_HORIZON {
-                    horizon[n] = edge;
-                    n += 1;
+                if let Some(twin) = horizon.iter().position(|e| *e == (edge.1, edge.0)) {
+                    horizon.swap_remove(twin);
+                } else if horizon.len() < MAX_HORIZON {
+                    horizon.push(edge);
                 } else {
                     return false;
                 }
             }
-            self.face_count -= 1;
-            self.faces[k] = self.faces[self.face_count];
+            self.faces.swap_remove(k);
         }
         #[expect(clippy::cast_possible_truncation, reason = "below MAX_CORNERS")]
         let top = new as u8;
-        n >= 3 && horizon[..n].iter().all(|e| self.push([e.0, e.1, top]))
+        horizon.len() >= 3 && horizon.iter().all(|e| self.push([e.0, e.1, top]))
     }
 }
 

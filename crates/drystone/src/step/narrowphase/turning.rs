@@ -55,12 +55,15 @@ pub(crate) const IMPACT_SPEED: f32 = 0.2;
 /// sweep, which has its own rule for impacts.
 pub(crate) fn may_impact(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
     let minimum = IMPACT_SPEED * ctx.length;
-    // Most bodies of a scene at rest are slow, and three parts below a third are less than the
-    // whole: no root is needed.
+    let [moves, a_turns, b_turns] = [b.v - a.v, a.w, b.w].map(Vec3::length_squared);
+    // Three speeds below a third are less than the whole. This needs no root, and most bodies of a
+    // scene at rest are that slow.
     let third = 0.33 * minimum;
-    let square = |body: &Body| body.w.length_squared() * (body.extent * body.extent);
-    let fastest = (b.v - a.v).length_squared().max(square(a)).max(square(b));
-    if fastest < third * third || contact.sensor || contact.restitution > 0.0 {
+    let slow = |turns: f32, body: &Body| turns * (body.extent * body.extent) < third * third;
+    if moves < third * third && slow(a_turns, a) && slow(b_turns, b) {
+        return false;
+    }
+    if contact.sensor || contact.restitution > 0.0 {
         return false;
     }
     if [a, b].iter().any(|body| !body.ties.joints.is_empty()) {
@@ -73,7 +76,7 @@ pub(crate) fn may_impact(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2
         [false, true] if !is_alone(b) => {}
         _ => return false,
     }
-    let maximum = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
+    let maximum = moves.sqrt() + a_turns.sqrt() * a.extent + b_turns.sqrt() * b.extent;
     // A relax sweep looks a substep beyond the step's end.
     let ahead = ctx.dt + ctx.h;
     let meets = |p: &Point| {
