@@ -45,6 +45,7 @@ pub(crate) struct ContactRows<'a> {
 
 /// Properties of a step's contacts that decide which rows they need.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent properties")]
 pub(crate) struct Needs {
     /// Some contact has rows beyond normal and friction.
     pub(crate) extras: bool,
