@@ -1,10 +1,7 @@
-//! A car on four sprung wheels drives up a ramp, brakes there, rolls back, and steers. It faces x;
-//! -z is its left.
+//! A car on four sprung wheels drives up a ramp, brakes there, rolls back, and steers. It faces x.
 
 use drystone::joint::{JointDrive, JointSpring, Wheel};
-use drystone::math::trig;
-use drystone::{Axis, BodyDef, BodyId, JointDef, JointId, Quat, ShapeDef};
-use drystone::{Vec3, World, vec3};
+use drystone::{Axis, BodyDef, BodyId, JointDef, JointId, Quat, ShapeDef, Vec3, World, math::trig};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -25,7 +22,7 @@ fn run(world: &mut World, car: BodyId, tenths: u32) -> (Vec3, Vec3) {
 fn main() -> Outcome {
     let mut world = World::default();
     let (sin, cos) = trig::sin_cos(15_f32.to_radians());
-    for (normal, offset) in [(Vec3::Y, 0.0), (vec3(-sin, cos, 0.0), -20.0 * sin)] {
+    for (normal, offset) in [(Vec3::Y, 0.0), (Vec3::from([-sin, cos, 0.0]), -20.0 * sin)] {
         let ground = ShapeDef::half_space(normal, offset).with_friction(1.0);
         world.add_body(BodyDef::fixed().with_shape(ground))?;
     }

@@ -5,8 +5,7 @@ use drystone::{BodyDef, BodyId, JointDef, JointId, ShapeDef, World};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Drives the trolley and lets out the rope at these speeds [m/s] for a number of half seconds; the
-/// rope accelerates at 1 m/s².
+/// Drives the trolley and lets out the rope at these speeds [m/s]; it accelerates at 1 m/s².
 fn run(w: &mut World, (cart, rope): (BodyId, JointId), drive: f32, out: f32, half: u16) -> Outcome {
     for k in 0..30 * half {
         let most = f32::from(k.min(30 * half - k)) / 60.0;

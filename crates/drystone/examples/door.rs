@@ -1,11 +1,8 @@
-//! A door with stops, a closer and a latch that breaks: pushed, slammed open, closed, and held half
-//! open.
+//! A door with stops, a closer and a latch that breaks: pushed, slammed open, closed, half open.
 
-use drystone::joint::JointSpring;
-use drystone::{BodyDef, BodyId, JointDef, ShapeDef, World, joint, vec3};
+use drystone::{BodyDef, BodyId, JointDef, ShapeDef, World, joint, joint::JointSpring, vec3};
 
-/// Pushes the handle for some steps [N]; returns the angle after each step [degrees], and the
-/// number of broken joints.
+/// Pushes the handle [N]; returns the angle of each step [degrees], and the number of broken joints.
 fn push(world: &mut World, door: BodyId, force: f32, steps: u32) -> Option<(Vec<f32>, usize)> {
     let (mut angles, mut broken) = (Vec::new(), 0);
     for _ in 0..steps {

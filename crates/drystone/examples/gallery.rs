@@ -1,5 +1,4 @@
-//! Bullets of 1 cm at 300 m/s hit thin plates at rest, in flight or spinning, at 60 steps per
-//! second: none passes through.
+//! Bullets of 1 cm at 300 m/s meet thin plates at 60 steps per second: none passes through.
 
 use drystone::{BodyDef, DefError, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
@@ -13,8 +12,7 @@ struct Plate {
     degrees: f32,
 }
 
-/// Shoots at a plate from `start`; returns whether it was hit, and the fraction of the momentum
-/// that was lost.
+/// Shoots from `start`; returns whether the plate was hit, and the fraction of momentum lost.
 fn shoot(plate: Plate, start: f32) -> Result<(bool, f32), DefError> {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     let mut world = World::new(config)?;

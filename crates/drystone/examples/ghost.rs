@@ -1,5 +1,4 @@
-//! A player becomes a ghost, walks through walls, and becomes solid inside one: the wall pushes it
-//! out.
+//! A ghost walks through walls, and becomes solid inside one, which pushes it out.
 
 use drystone::{AxisLocks, BodyDef, BodyId, Filter, ShapeDef, World};
 

@@ -1,7 +1,6 @@
 //! A hitscan gun: it ignores its owner, lists all its hits, and shoots through glass.
 
-use drystone::query::QueryFilter;
-use drystone::{BodyDef, Filter, Mesh, Shape, ShapeDef, World, vec3};
+use drystone::{BodyDef, Filter, Mesh, Shape, ShapeDef, World, query::QueryFilter, vec3};
 use std::sync::Arc;
 
 const BODY: u64 = 1;
@@ -34,8 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{:.4} m, normal {:?}", 100.0 * hit.fraction, hit.normal);
         assert!((100.0 * hit.fraction - want).abs() < 1e-3);
     }
-    // All layers except glass. Both sides count: with layer 0 alone, the ray would miss shapes
-    // whose masks lack it.
+    // Both sides count: with layer 0 alone, the ray would miss shapes whose masks lack it.
     let no_glass = Filter { layers: u64::MAX, exclude: GLASS, ..Filter::default() };
     let hit = world.query().cast_ray(muzzle, aim, others.with_filter(no_glass))?;
     assert_eq!(hit.map(|hit| hit.body), Some(foe));

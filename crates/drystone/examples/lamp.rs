@@ -1,8 +1,6 @@
 //! A lamp swings on a chain of eight links. A shot at one link cuts the chain, and the lamp falls.
 
-use drystone::joint::Ball;
-use drystone::query::QueryFilter;
-use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World};
+use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World, joint::Ball, query::QueryFilter};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,12 +1,9 @@
-//! A marble of 1 cm radius rolls down a chute of triangles, over a floor of tiles, into 24 dominoes
-//! of 2 cm.
+//! A marble of 1 cm rolls down a chute of triangles, over a floor of tiles, into 24 dominoes.
 
-use drystone::geometry::MeshError;
-use drystone::math::trig;
-use drystone::{BodyDef, Mesh, Shape, ShapeDef, Vec3, World, vec3};
+use drystone::{BodyDef, Mesh, Shape, ShapeDef, Vec3, World, math::trig, vec3};
 
 /// A gutter with sides at 45 degrees: a slope of one in four, a curve, and a level end.
-fn chute() -> Result<Mesh, MeshError> {
+fn chute() -> Result<Mesh, drystone::geometry::MeshError> {
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
     for k in 0..=420_u16 {
         let x = f32::from(k) / 300.0 - 1.0;

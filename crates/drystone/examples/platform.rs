@@ -1,5 +1,4 @@
-//! A one-way platform: a character jumps up through it, stands on it, and drops through it. A crate
-//! stays on it throughout.
+//! A one-way platform: a character jumps up through it, stands, drops through it; a crate stays.
 
 use drystone::{AxisLocks, BodyDef, BodyId, DefError, ShapeDef, Vec3, World};
 

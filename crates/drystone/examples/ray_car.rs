@@ -1,5 +1,4 @@
-//! A car of one body and four rays: the program computes springs, engine, steering and handbrake as
-//! forces.
+//! A car of one body and four rays: springs, engine, steering and handbrake are forces.
 
 use drystone::math::trig;
 use drystone::query::QueryFilter;

@@ -14,11 +14,9 @@ fn scene() -> Result<(World, Vec<BodyId>), DefError> {
     Ok((world, ids))
 }
 
-/// Plays frames, and stores the state before each. A body is kicked in some of them, and in the
-/// frame `late`.
 fn play(world: &mut World, ids: &[BodyId], frames: [usize; 2], late: usize, kept: &mut [World]) {
     for frame in frames[0]..frames[1] {
-        kept[frame % 8].clone_from(world);
+        kept[frame % 8].clone_from(world); // The state before the frame.
         let body = world.body_mut(ids[frame * 13 % 500]);
         if let Some(mut body) = body.filter(|_| frame % 7 == 0 || frame == late) {
             body.apply_impulse([900.0, 2000.0, 0.0]);

@@ -1,5 +1,4 @@
-//! Pause, slow motion, fast motion and any frame length leave every bit unchanged; drawn poses are
-//! between the last two steps.
+//! Pause, slow and fast motion change no bit; drawn poses are between the last two steps.
 
 use drystone::{BodyDef, BodyId, Clock, DefError, Quat, ShapeDef, World, vec3};
 

@@ -1,8 +1,6 @@
-//! A trigger counts bodies that move, sleep, are static, or were there before it, and reports when
-//! one leaves or is removed.
+//! A trigger counts bodies that move, sleep, are static or were there before, and those that leave.
 
-use drystone::events::Senses;
-use drystone::{BodyDef, BodyId, Pose, ShapeDef, ShapeId, World};
+use drystone::{BodyDef, BodyId, Pose, ShapeDef, ShapeId, World, events::Senses};
 use std::collections::BTreeSet;
 
 /// Takes some steps and compares the bodies in the trigger from a query with those from its events.
