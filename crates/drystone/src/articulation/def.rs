@@ -1,0 +1,510 @@
+//! Definitions of trees, and their checks.
+
+use core::fmt::{Display, Formatter};
+
+/// Largest magnitude of a length, mass or other number of a definition.
+const MOST: f64 = 1.0e12;
+
+/// The kind of a joint, with the coordinates that it adds to `q` and `v`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TreeJointKind {
+    /// Rotation about an axis: an angle \[rad\]; one number in `q`, one in `v`.
+    Hinge,
+    /// Displacement along an axis \[m\]; one number in `q`, one in `v`.
+    Slide,
+    /// Rotation about a point: a unit quaternion (real part first), four numbers in `q`; angular
+    /// velocity \[rad/s, link\], three in `v`.
+    Ball,
+    /// No restriction, of the first link only: position \[m, world\] and unit quaternion, seven
+    /// numbers in `q`; velocity of the link's origin \[m/s, world\] and angular velocity
+    /// \[rad/s, link\], six in `v`.
+    Free,
+}
+
+/// A joint of a link. A link may have several: they act in their order, as if massless links were
+/// between them. Three hinges on one link are three exact angles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeJoint {
+    /// Kind of the joint.
+    pub kind: TreeJointKind,
+    /// A point that the joint does not move \[m, link\]; default 0.
+    pub anchor: [f64; 3],
+    /// Axis of a hinge or slide \[link\], of any length; default z.
+    pub axis: [f64; 3],
+    /// Coordinate at which the link has its defined pose \[rad or m\]; default 0.
+    pub reference: f64,
+    /// Lowest and highest coordinate \[rad or m\]; of a ball 0 and the largest angle. Default none.
+    pub range: Option<[f64; 2]>,
+    /// Inertia of a rotor that turns with the joint \[kg m² or kg\], at least 0; default 0.
+    pub armature: f64,
+    /// Force against the velocity \[N m s/rad or N s/m\], at least 0; default 0.
+    pub damping: f64,
+    /// Spring \[N m/rad or N/m\], at least 0; default 0.
+    pub stiffness: f64,
+    /// Coordinate at which the spring is relaxed \[rad or m\]; default 0. A ball's spring is
+    /// relaxed at no rotation.
+    pub rest: f64,
+    /// Largest force of dry friction \[N m or N\], at least 0; default 0.
+    pub friction: f64,
+}
+
+impl TreeJoint {
+    /// A joint of this kind, with default values.
+    #[must_use]
+    pub const fn new(kind: TreeJointKind) -> Self {
+        Self {
+            kind,
+            anchor: [0.0; 3],
+            axis: [0.0, 0.0, 1.0],
+            reference: 0.0,
+            range: None,
+            armature: 0.0,
+            damping: 0.0,
+            stiffness: 0.0,
+            rest: 0.0,
+            friction: 0.0,
+        }
+    }
+
+    /// A hinge about `axis` \[link\].
+    #[must_use]
+    pub const fn hinge(axis: [f64; 3]) -> Self {
+        Self { axis, ..Self::new(TreeJointKind::Hinge) }
+    }
+
+    /// A slide along `axis` \[link\].
+    #[must_use]
+    pub const fn slide(axis: [f64; 3]) -> Self {
+        Self { axis, ..Self::new(TreeJointKind::Slide) }
+    }
+
+    /// A ball joint.
+    #[must_use]
+    pub const fn ball() -> Self {
+        Self::new(TreeJointKind::Ball)
+    }
+
+    /// A free joint, for a floating first link.
+    #[must_use]
+    pub const fn free() -> Self {
+        Self::new(TreeJointKind::Free)
+    }
+
+    /// Motion in the plane of two axes \[link\]: slides along them, then a hinge about their normal.
+    #[must_use]
+    pub fn planar(x: [f64; 3], y: [f64; 3]) -> Vec<Self> {
+        let ([a, b, c], [d, e, f]) = (x, y);
+        let normal = [b * f - c * e, c * d - a * f, a * e - b * d];
+        vec![Self::slide(x), Self::slide(y), Self::hinge(normal)]
+    }
+
+    /// With the anchor \[m, link\].
+    #[must_use]
+    pub const fn with_anchor(self, anchor: [f64; 3]) -> Self {
+        Self { anchor, ..self }
+    }
+
+    /// With limits \[rad or m\].
+    #[must_use]
+    pub const fn with_range(self, lowest: f64, highest: f64) -> Self {
+        Self { range: Some([lowest, highest]), ..self }
+    }
+
+    /// With a rotor's inertia \[kg m² or kg\].
+    #[must_use]
+    pub const fn with_armature(self, armature: f64) -> Self {
+        Self { armature, ..self }
+    }
+
+    /// With damping \[N m s/rad or N s/m\].
+    #[must_use]
+    pub const fn with_damping(self, damping: f64) -> Self {
+        Self { damping, ..self }
+    }
+
+    /// With a spring \[N m/rad or N/m\] that is relaxed at `rest` \[rad or m\].
+    #[must_use]
+    pub const fn with_spring(self, stiffness: f64, rest: f64) -> Self {
+        Self { stiffness, rest, ..self }
+    }
+
+    /// With dry friction \[N m or N\].
+    #[must_use]
+    pub const fn with_friction(self, friction: f64) -> Self {
+        Self { friction, ..self }
+    }
+}
+
+/// A link: a rigid body and the joints that connect it to its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkDef {
+    /// Index of the parent, which comes before this link; `None` for the first link, whose parent
+    /// is the world.
+    pub parent: Option<usize>,
+    /// Origin of the link at its joints' references \[m, parent\]; default 0.
+    pub position: [f64; 3],
+    /// Rotation of the link at its joints' references, a quaternion of any length, real part first
+    /// \[parent\]; default none.
+    pub rotation: [f64; 4],
+    /// Joints from the parent to this link, in order; none fixes the link to its parent.
+    pub joints: Vec<TreeJoint>,
+    /// Mass \[kg\], at least 0; default 1.
+    pub mass: f64,
+    /// Center of mass \[m, link\]; default 0.
+    pub center: [f64; 3],
+    /// Inertia about the center of mass: xx, yy, zz, xy, xz, yz \[kg m², link\]; default that of a
+    /// ball with a radius of 0.1 m.
+    pub inertia: [f64; 6],
+}
+
+impl Default for LinkDef {
+    fn default() -> Self {
+        Self {
+            parent: None,
+            position: [0.0; 3],
+            rotation: [1.0, 0.0, 0.0, 0.0],
+            joints: Vec::new(),
+            mass: 1.0,
+            center: [0.0; 3],
+            inertia: [0.004, 0.004, 0.004, 0.0, 0.0, 0.0],
+        }
+    }
+}
+
+impl LinkDef {
+    /// A first link that floats freely.
+    #[must_use]
+    pub fn floating() -> Self {
+        Self { joints: vec![TreeJoint::free()], ..Self::default() }
+    }
+
+    /// A link on the link `parent`, or on the world.
+    #[must_use]
+    pub fn on(parent: impl Into<Option<usize>>) -> Self {
+        Self { parent: parent.into(), ..Self::default() }
+    }
+
+    /// With the origin at `position` \[m, parent\].
+    #[must_use]
+    pub const fn with_position(mut self, position: [f64; 3]) -> Self {
+        self.position = position;
+        self
+    }
+
+    /// With one more joint, after the others.
+    #[must_use]
+    pub fn with_joint(mut self, joint: TreeJoint) -> Self {
+        self.joints.push(joint);
+        self
+    }
+
+    /// With mass \[kg\], center of mass \[m, link\] and inertia about it (xx, yy, zz, xy, xz, yz)
+    /// \[kg m², link\].
+    #[must_use]
+    pub const fn with_mass(mut self, mass: f64, center: [f64; 3], inertia: [f64; 6]) -> Self {
+        self.mass = mass;
+        self.center = center;
+        self.inertia = inertia;
+        self
+    }
+}
+
+/// Stiffness of a constraint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RowSoftness {
+    /// It holds exactly, as far as the sweeps converge.
+    Rigid,
+    /// A damped spring on the mass that the constraint moves.
+    Spring {
+        /// Frequency without damping \[Hz\], above 0.
+        frequency: f64,
+        /// Damping ratio, at least 0; 1 is critical.
+        ratio: f64,
+    },
+}
+
+/// A joint that follows another: its coordinate, less its reference, is a polynomial of the
+/// leader's, less the leader's reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeCoupling {
+    /// Link and index of the joint that follows: a hinge or slide.
+    pub follower: (usize, usize),
+    /// Link and index of the joint that leads; `None` holds the follower at `polynomial[0]`.
+    pub leader: Option<(usize, usize)>,
+    /// Coefficients of the powers 0 to 4.
+    pub polynomial: [f64; 5],
+    /// Stiffness.
+    pub softness: RowSoftness,
+}
+
+/// A tendon over joints: its length is a weighted sum of coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeTendon {
+    /// Link and index of hinges and slides, with their weights.
+    pub terms: Vec<((usize, usize), f64)>,
+    /// Lowest and highest length, if limited.
+    pub range: Option<[f64; 2]>,
+    /// Spring, force over length, at least 0.
+    pub stiffness: f64,
+    /// Force over velocity, at least 0.
+    pub damping: f64,
+    /// Length at which the spring is relaxed.
+    pub rest: f64,
+    /// Largest force of dry friction, at least 0.
+    pub friction: f64,
+}
+
+/// A closure of a loop: a point, or a whole frame, of two links stays together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeLoop {
+    /// First link.
+    pub link_a: usize,
+    /// Second link; `None` is the world.
+    pub link_b: Option<usize>,
+    /// Point of the first link \[m, link a\].
+    pub point_a: [f64; 3],
+    /// Point of the second link \[m, link b\].
+    pub point_b: [f64; 3],
+    /// Rotation of link b in link a that is kept, a quaternion, real part first; `None` lets the
+    /// links turn about the point.
+    pub rotation: Option<[f64; 4]>,
+    /// Stiffness.
+    pub softness: RowSoftness,
+}
+
+/// A tree of links, and what else its joints obey.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TreeDef {
+    /// Links; parents come before their children. Only the first has no parent.
+    pub links: Vec<LinkDef>,
+    /// Joints that follow others.
+    pub couplings: Vec<TreeCoupling>,
+    /// Tendons over joints.
+    pub tendons: Vec<TreeTendon>,
+    /// Closures of loops.
+    pub loops: Vec<TreeLoop>,
+}
+
+/// The error of a refused definition or of a refused state: the place, the value, and the allowed
+/// values.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TreeError {
+    place: String,
+    value: String,
+    allowed: String,
+}
+
+impl TreeError {
+    pub(super) fn new(place: impl Display, value: impl Display, allowed: &str) -> Self {
+        Self { place: place.to_string(), value: value.to_string(), allowed: allowed.to_owned() }
+    }
+
+    /// The field with its link, such as `links[2].mass`.
+    #[must_use]
+    pub fn place(&self) -> &str {
+        &self.place
+    }
+}
+
+impl Display for TreeError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}: {}, allowed is {}", self.place, self.value, self.allowed)
+    }
+}
+
+impl core::error::Error for TreeError {}
+
+/// Checks everything but the inertia of joints, which needs the tree.
+pub(super) fn check(def: &TreeDef) -> Result<(), TreeError> {
+    if def.links.is_empty() {
+        return Err(TreeError::new("links", "none", "at least one link"));
+    }
+    for (i, link) in def.links.iter().enumerate() {
+        check_link(i, link)?;
+    }
+    for (i, coupling) in def.couplings.iter().enumerate() {
+        let place = format!("couplings[{i}]");
+        let joints = [Some(coupling.follower), coupling.leader];
+        for joint in joints.into_iter().flatten() {
+            has_axis(def, joint, &place)?;
+        }
+        if coupling.leader == Some(coupling.follower) {
+            return Err(TreeError::new(place, "itself", "a leader that is another joint"));
+        }
+        numbers(&format!("{place}.polynomial"), &coupling.polynomial, -MOST)?;
+        soft(&place, coupling.softness)?;
+    }
+    for (i, tendon) in def.tendons.iter().enumerate() {
+        let place = format!("tendons[{i}]");
+        for (joint, weight) in &tendon.terms {
+            has_axis(def, *joint, &place)?;
+            numbers(&format!("{place}.terms"), &[*weight], -MOST)?;
+        }
+        range(&place, tendon.range)?;
+        numbers(&format!("{place}.rest"), &[tendon.rest], -MOST)?;
+        let forces = [tendon.stiffness, tendon.damping, tendon.friction];
+        numbers(&format!("{place}: stiffness, damping or friction"), &forces, 0.0)?;
+    }
+    for (i, closure) in def.loops.iter().enumerate() {
+        let place = format!("loops[{i}]");
+        for link in [Some(closure.link_a), closure.link_b].into_iter().flatten() {
+            if link >= def.links.len() {
+                return Err(TreeError::new(place, link, "the index of a link"));
+            }
+        }
+        if closure.link_b == Some(closure.link_a) {
+            return Err(TreeError::new(place, closure.link_a, "two different links"));
+        }
+        numbers(&format!("{place}.point_a"), &closure.point_a, -MOST)?;
+        numbers(&format!("{place}.point_b"), &closure.point_b, -MOST)?;
+        if let Some(q) = closure.rotation {
+            quaternion(&format!("{place}.rotation"), q)?;
+        }
+        soft(&place, closure.softness)?;
+    }
+    Ok(())
+}
+
+fn check_link(i: usize, link: &LinkDef) -> Result<(), TreeError> {
+    let at = |field: &str| format!("links[{i}].{field}");
+    match link.parent {
+        Some(parent) if parent >= i => {
+            let allowed = "a link before this one: a tree has no cycle";
+            return Err(TreeError::new(at("parent"), parent, allowed));
+        }
+        None if i > 0 => {
+            let allowed = "the index of a link; only the first stands on the world";
+            return Err(TreeError::new(at("parent"), "none", allowed));
+        }
+        _ => {}
+    }
+    numbers(&at("position"), &link.position, -MOST)?;
+    quaternion(&at("rotation"), link.rotation)?;
+    numbers(&at("mass"), &[link.mass], 0.0)?;
+    numbers(&at("center"), &link.center, -MOST)?;
+    numbers(&at("inertia"), &link.inertia, -MOST)?;
+    if factor(link.inertia).is_none() {
+        let allowed = "an inertia without negative moments";
+        return Err(TreeError::new(at("inertia"), format!("{:?}", link.inertia), allowed));
+    }
+    for (j, joint) in link.joints.iter().enumerate() {
+        check_joint(&at(&format!("joints[{j}]")), i, link, joint)?;
+    }
+    Ok(())
+}
+
+fn check_joint(
+    place: &str,
+    link_index: usize,
+    link: &LinkDef,
+    joint: &TreeJoint,
+) -> Result<(), TreeError> {
+    let at = |field: &str| format!("{place}.{field}");
+    let ball = joint.kind == TreeJointKind::Ball;
+    let free = joint.kind == TreeJointKind::Free;
+    if free && (link_index > 0 || link.joints.len() > 1) {
+        let allowed = "a free joint alone on the first link";
+        return Err(TreeError::new(at("kind"), "Free", allowed));
+    }
+    numbers(&at("anchor"), &joint.anchor, -MOST)?;
+    numbers(&at("axis"), &joint.axis, -MOST)?;
+    let length = joint.axis.iter().map(|x| x * x).sum::<f64>();
+    if !(ball || free) && !(length > 1.0e-24) {
+        return Err(TreeError::new(at("axis"), format!("{:?}", joint.axis), "a length above 0"));
+    }
+    numbers(&at("reference"), &[joint.reference], -MOST)?;
+    numbers(&at("rest"), &[joint.rest], -MOST)?;
+    numbers(&at("armature"), &[joint.armature], 0.0)?;
+    numbers(&at("damping"), &[joint.damping], 0.0)?;
+    numbers(&at("stiffness"), &[joint.stiffness], 0.0)?;
+    numbers(&at("friction"), &[joint.friction], 0.0)?;
+    range(place, joint.range)?;
+    if free && (joint.range.is_some() || joint.stiffness > 0.0) {
+        return Err(TreeError::new(place, "a range or spring", "neither on a free joint"));
+    }
+    if ball && joint.range.is_some_and(|[low, _]| low != 0.0) {
+        return Err(TreeError::new(at("range"), "another lowest angle", "0 for a ball"));
+    }
+    Ok(())
+}
+
+/// Checks that all values are finite, at least `least`, and not too large.
+fn numbers(place: &str, values: &[f64], least: f64) -> Result<(), TreeError> {
+    for value in values {
+        if !(*value >= least && *value <= MOST) {
+            let allowed = format!("{least:e} to {MOST:e}");
+            return Err(TreeError::new(place, value, &allowed));
+        }
+    }
+    Ok(())
+}
+
+fn quaternion(place: &str, q: [f64; 4]) -> Result<(), TreeError> {
+    numbers(place, &q, -MOST)?;
+    if !(q.iter().map(|x| x * x).sum::<f64>() > 1.0e-12) {
+        return Err(TreeError::new(place, format!("{q:?}"), "a length above 0"));
+    }
+    Ok(())
+}
+
+fn range(place: &str, range: Option<[f64; 2]>) -> Result<(), TreeError> {
+    let Some([low, high]) = range else { return Ok(()) };
+    numbers(&format!("{place}.range"), &[low, high], -MOST)?;
+    if low > high {
+        let allowed = "a lowest value that is not above the highest";
+        return Err(TreeError::new(format!("{place}.range"), format!("{low} to {high}"), allowed));
+    }
+    Ok(())
+}
+
+fn soft(place: &str, softness: RowSoftness) -> Result<(), TreeError> {
+    if let RowSoftness::Spring { frequency, ratio } = softness {
+        numbers(&format!("{place}.softness.frequency"), &[frequency], 1.0e-6)?;
+        numbers(&format!("{place}.softness.ratio"), &[ratio], 0.0)?;
+    }
+    Ok(())
+}
+
+fn has_axis(def: &TreeDef, (link, index): (usize, usize), place: &str) -> Result<(), TreeError> {
+    let joint = def.links.get(link).and_then(|link| link.joints.get(index));
+    let axial = joint.is_some_and(|joint| {
+        matches!(joint.kind, TreeJointKind::Hinge | TreeJointKind::Slide)
+    });
+    if axial {
+        return Ok(());
+    }
+    let allowed = "link and index of a hinge or slide";
+    Err(TreeError::new(place, format!("link {link}, joint {index}"), allowed))
+}
+
+/// Columns g of a lower triangular matrix with the sum of `g gᵀ` equal to the inertia, or `None`
+/// if a moment is negative.
+pub(super) fn factor(inertia: [f64; 6]) -> Option<[[f64; 3]; 3]> {
+    let [xx, yy, zz, xy, xz, yz] = inertia;
+    let scale = xx.abs() + yy.abs() + zz.abs();
+    let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    let mut columns = [[0.0; 3]; 3];
+    for k in 0..3 {
+        let pivot = m[k][k];
+        // Moments of flat links are 0 up to the digits of a file.
+        if pivot < -1.0e-9 * scale {
+            return None;
+        }
+        if pivot <= 1.0e-15 * scale {
+            if (k + 1..3).any(|i| m[i][k].abs() > 1.0e-6 * scale) {
+                return None;
+            }
+            continue;
+        }
+        let root = pivot.sqrt();
+        for i in k..3 {
+            columns[k][i] = m[i][k] / root;
+        }
+        for i in k + 1..3 {
+            for j in k + 1..3 {
+                m[i][j] -= columns[k][i] * columns[k][j];
+            }
+        }
+    }
+    Some(columns)
+}

@@ -1,0 +1,434 @@
+//! A step of a tree: half a step of motion, velocities at the middle, half a step of motion.
+//!
+//! Symbols: q, v coordinates and velocities, M mass matrix, c bias, τ given forces, θ weight of the
+//! step's end (see `factor`), P generalized impulses without bias, E energy, H momentum.
+//!
+//! ```text
+//! q½ = q + h/2 v
+//! (M(q½) + θ h d + θ² h² k) (v⁺ − v) = h (τ − c(q½, (v + v⁺)/2) − d v − k (q + θ h v − rest)) + Jᵀλ
+//! q⁺ = q½ + h/2 v⁺
+//! ```
+//!
+//! Velocity products stand at the middle velocity, by two fixed-point iterations; so the step is
+//! of second order and symmetric. Then two conserved quantities are restored. The momentum of a
+//! floating tree is the one before plus its impulses: the base's motion is corrected. Kinetic plus
+//! gravity energy is the one before plus the work of P: the internal motion is scaled.
+//! `docs/decisions/043-reduced-coordinates.md` has the numbers.
+
+use super::gather::Moment;
+use super::number::Number;
+use super::spatial::{Inertia, Spatial, Vector};
+use super::tree::Tree;
+use super::work::TreeWork;
+
+/// Tuning of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeStepConfig {
+    /// Iterations over velocity products and rows, 1 to 16; default 2.
+    pub iterations: usize,
+    /// Sweeps over the rows in each iteration, 1 to 1000; default 10.
+    pub sweeps: usize,
+    /// Speed at which limits and closures that start violated close \[rad/s or m/s\]; default 1.
+    pub recovery_speed: f64,
+    /// Whether a step keeps the energy that the forces leave; default true.
+    pub keep_energy: bool,
+    /// Whether a step of a floating tree keeps its momentum; default true.
+    pub keep_momentum: bool,
+    /// Largest turn of a link in a substep \[rad\]; faster trees take more substeps. Default 0.25.
+    pub substep_turn: f64,
+    /// Largest number of substeps, 1 to 256; default 16.
+    pub substeps: usize,
+}
+
+impl Default for TreeStepConfig {
+    fn default() -> Self {
+        Self {
+            iterations: 2,
+            sweeps: 10,
+            recovery_speed: 1.0,
+            keep_energy: true,
+            keep_momentum: true,
+            substep_turn: 0.25,
+            substeps: 16,
+        }
+    }
+}
+
+/// Changes of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeStepReport<N> {
+    /// Work against gravity with which violated limits and closures were closed \[J\]. It is the
+    /// only energy that a passive tree can gain.
+    pub recovery_work: N,
+}
+
+/// The state of a tree: coordinates and velocities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeState<N> {
+    /// Coordinates \[m, rad, and unit quaternions\].
+    pub q: Vec<N>,
+    /// Velocities \[m/s, rad/s\].
+    pub v: Vec<N>,
+}
+
+impl<N: Number> TreeState<N> {
+    /// The tree at rest at its reference coordinates.
+    #[must_use]
+    pub fn new(tree: &Tree<N>) -> Self {
+        Self { q: tree.reference().to_vec(), v: vec![N::zero(); tree.v_count()] }
+    }
+}
+
+/// Quantities that a step conserves, at its start.
+struct Before<N> {
+    energy: N,
+    momentum: Spatial<N>,
+    origin: Vector<N>,
+}
+
+impl<N: Number> Tree<N> {
+    /// Advances the state by `h` \[s\] under generalized forces `tau` \[N m or N\].
+    ///
+    /// Does nothing if a slice has the wrong length, or if `h` is not above 0 and finite.
+    pub fn step(
+        &self,
+        state: &mut TreeState<N>,
+        tau: &[N],
+        h: f64,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) -> TreeStepReport<N> {
+        let mut report = TreeStepReport { recovery_work: N::zero() };
+        let sizes = state.q.len() == self.q_count
+            && state.v.len() == self.dofs.len()
+            && tau.len() == self.dofs.len();
+        if !sizes || !(h > 0.0 && h.is_finite()) {
+            return report;
+        }
+        // Lanes take their own numbers of substeps: a lane that is done keeps its state.
+        let count = self.substeps(state, h, config, work);
+        let mut most = 1;
+        while most < config.substeps && N::splat(f64::from(u32::try_from(most).unwrap_or(u32::MAX))).any_less(count) {
+            most += 1;
+        }
+        let step = N::splat(h) / count;
+        for index in 0..most {
+            if most == 1 {
+                let done = self.substep(state, tau, step, config, work);
+                report.recovery_work = report.recovery_work + done;
+                continue;
+            }
+            let at = N::splat(f64::from(u32::try_from(index).unwrap_or(u32::MAX)));
+            let before = state.clone();
+            let done = self.substep(state, tau, step, config, work);
+            let keep = |new: N, old: N| at.if_less(count, new, old);
+            for (new, old) in state.q.iter_mut().zip(before.q) {
+                *new = keep(*new, old);
+            }
+            for (new, old) in state.v.iter_mut().zip(before.v) {
+                *new = keep(*new, old);
+            }
+            report.recovery_work = report.recovery_work + keep(done, N::zero());
+        }
+        report
+    }
+
+    /// Number of substeps in which no link turns by more than `substep_turn`, in each lane.
+    fn substeps(
+        &self,
+        state: &TreeState<N>,
+        h: f64,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) -> N {
+        self.place(&state.q, work);
+        self.move_links(&state.v, work);
+        let fastest = work.velocity.iter().fold(N::zero(), |most, velocity| {
+            most.greater(velocity.angular.dot(velocity.angular))
+        });
+        let wanted = fastest.sqrt() * N::splat(h / config.substep_turn.max(1.0e-6));
+        let limit = N::splat(f64::from(u32::try_from(config.substeps.clamp(1, 256)).unwrap_or(1)));
+        let wanted = wanted.lesser(limit - N::splat(0.5));
+        (wanted + N::splat(0.5)).round().greater(N::one()).lesser(limit)
+    }
+
+    fn substep(
+        &self,
+        state: &mut TreeState<N>,
+        tau: &[N],
+        h: N,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) -> N {
+        let mut buffers = core::mem::replace(&mut work.buffers, super::work::Buffers::empty());
+        let half = h * N::splat(0.5);
+        self.place(&state.q, work);
+        self.move_links(&state.v, work);
+        let before = self.conserved(&state.v, work);
+        buffers.v_start.copy_from_slice(&state.v);
+        self.spring_forces(&state.q, &mut buffers.spring);
+        self.advance(&mut state.q, &state.v, half);
+        self.place(&state.q, work);
+        self.fill_mass_matrix(work);
+        self.factor_step(work, h);
+        self.find_velocities(state, tau, h, config, work, &mut buffers);
+        let momentum = self.sum_impulses(tau, h, work, &mut buffers);
+        let middle = self.whole(work);
+        let gravity = Spatial {
+            angular: middle.moment.cross(self.gravity),
+            linear: self.gravity * middle.mass,
+        };
+        let shift = work.origin - before.origin;
+        let origin = work.origin;
+        self.advance(&mut state.q, &buffers.v, half);
+        state.v.copy_from_slice(&buffers.v);
+        self.place(&state.q, work);
+        let recovered = self.recover(state, h, config, work, &mut buffers);
+        let work_done = buffers
+            .impulse
+            .iter()
+            .zip(&buffers.v_middle)
+            .fold(recovered, |sum, (&p, &v)| sum + p * v);
+        // Momentum about the middle's reference point, plus impulses there, then about the end's.
+        let moved = about(before.momentum, shift) + gravity * h + momentum;
+        let target = about(moved, work.origin - origin);
+        self.restore(state, before.energy + work_done, target, config, work);
+        work.buffers = buffers;
+        recovered
+    }
+
+    /// Kinetic plus gravity energy, and momentum about the reference point.
+    fn conserved(&self, v: &[N], work: &TreeWork<N>) -> Before<N> {
+        Before {
+            energy: self.kinetic_energy(v, work) + self.gravity_energy(work),
+            momentum: self.momentum_about_origin(work),
+            origin: work.origin,
+        }
+    }
+
+    /// Factors for a step that may differ from lane to lane.
+    fn factor_step(&self, work: &mut TreeWork<N>, h: N) {
+        let (one, two, quarter) = (N::one(), N::splat(2.0), N::splat(0.25));
+        self.factor_with(work, |dof, pivot| {
+            let dof = &self.dofs[dof];
+            let z = h * (dof.damping + quarter * h * dof.stiffness) / pivot;
+            let theta = (one + z) / (two + z);
+            let far = theta * h;
+            (theta, far * (dof.damping + far * dof.stiffness))
+        });
+    }
+
+    /// Velocities at the end of the step, into `buffers.v`; those of the middle into `v_middle`.
+    fn find_velocities(
+        &self,
+        state: &TreeState<N>,
+        tau: &[N],
+        h: N,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+        buffers: &mut super::work::Buffers<N>,
+    ) {
+        let half = N::splat(0.5);
+        let dofs = self.dofs.len();
+        let has_rows = self.may_have_rows();
+        work.rows.clear();
+        buffers.v_middle.copy_from_slice(&state.v);
+        for iteration in 0..config.iterations.clamp(1, 16) {
+            self.move_links(&buffers.v_middle, work);
+            self.bias(work);
+            for dof in 0..dofs {
+                let data = &self.dofs[dof];
+                let ahead = work.theta[dof] * h * data.stiffness + data.damping;
+                let force = tau[dof] + buffers.spring[dof] - work.tau[dof];
+                buffers.change[dof] = h * (force - ahead * state.v[dof]);
+            }
+            self.solve(work, &mut buffers.change);
+            for dof in 0..dofs {
+                buffers.v[dof] = state.v[dof] + buffers.change[dof];
+            }
+            if has_rows {
+                if iteration == 0 {
+                    let moment =
+                        Moment { q: &state.q, v: &state.v, v_free: &buffers.v, h };
+                    self.gather(&moment, work, &mut buffers.row);
+                }
+                if !work.rows.rows.is_empty() {
+                    self.whiten_velocity(work, &buffers.v, &mut buffers.whitened);
+                    work.rows.apply(&mut buffers.whitened);
+                    for _ in 0..config.sweeps.clamp(1, 1000) {
+                        work.rows.sweep(&mut buffers.whitened);
+                    }
+                    buffers.row.copy_from_slice(&buffers.v);
+                    let present = work.rows.rows.iter().fold(N::zero(), |sum, row| {
+                        sum.greater(row.impulse.abs())
+                    });
+                    self.color_velocity(work, &buffers.whitened, &mut buffers.v);
+                    // A lane without impulses keeps its bits.
+                    for dof in 0..dofs {
+                        let free = buffers.row[dof];
+                        buffers.v[dof] = N::zero().if_less(present, buffers.v[dof], free);
+                    }
+                }
+            }
+            for dof in 0..dofs {
+                buffers.v_middle[dof] = half * (state.v[dof] + buffers.v[dof]);
+            }
+        }
+    }
+
+    /// Generalized impulses P of the step without bias, into `buffers.impulse`. Gives the momentum
+    /// that they bring to a floating tree, about the reference point.
+    fn sum_impulses(
+        &self,
+        tau: &[N],
+        h: N,
+        work: &TreeWork<N>,
+        buffers: &mut super::work::Buffers<N>,
+    ) -> Spatial<N> {
+        let dofs = self.dofs.len();
+        for dof in 0..dofs {
+            let data = &self.dofs[dof];
+            let theta = work.theta[dof];
+            let start = buffers.v_start[dof];
+            let weighted = start + theta * (buffers.v[dof] - start);
+            let force = tau[dof] + buffers.spring[dof]
+                - (data.damping + theta * h * data.stiffness) * weighted;
+            buffers.impulse[dof] = h * force;
+        }
+        if !work.rows.rows.is_empty() {
+            // Jᵀλ = Lᵀ √D Σ w λ.
+            buffers.row.fill(N::zero());
+            work.rows.apply(&mut buffers.row);
+            for dof in 0..dofs {
+                let value = buffers.row[dof] * work.root[dof];
+                buffers.row[dof] = value;
+                for at in self.rows[dof] + 1..self.rows[dof + 1] {
+                    let other = self.path[at];
+                    buffers.row[other] = buffers.row[other] + work.matrix[at] * value;
+                }
+            }
+            for dof in 0..dofs {
+                buffers.impulse[dof] = buffers.impulse[dof] + buffers.row[dof];
+            }
+        }
+        if !self.floats() {
+            return Spatial::zero();
+        }
+        let p = &buffers.impulse;
+        Spatial {
+            angular: work.rotation[0].rotate(Vector([p[3], p[4], p[5]])),
+            linear: Vector([p[0], p[1], p[2]]),
+        }
+    }
+
+    /// Closes gaps that are left, without leaving a speed. Gives the work against gravity.
+    fn recover(
+        &self,
+        state: &mut TreeState<N>,
+        h: N,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+        buffers: &mut super::work::Buffers<N>,
+    ) -> N {
+        if !work.rows.rows.iter().any(|row| row.corrects) {
+            return N::zero();
+        }
+        self.whiten_velocity(work, &buffers.v, &mut buffers.whitened);
+        let half = h * N::splat(0.5);
+        let speed = N::splat(config.recovery_speed.max(0.0));
+        let lanes = work.rows.aim_at_gaps(&buffers.whitened, half, h, speed);
+        if !N::zero().any_less(lanes) {
+            return N::zero();
+        }
+        buffers.whitened.fill(N::zero());
+        for _ in 0..config.sweeps.clamp(1, 1000) {
+            work.rows.sweep(&mut buffers.whitened);
+        }
+        self.color_velocity(work, &buffers.whitened, &mut buffers.change);
+        let potential = self.gravity_energy(work);
+        buffers.q.copy_from_slice(&state.q);
+        self.advance(&mut buffers.q, &buffers.change, N::one());
+        for (old, &new) in state.q.iter_mut().zip(&buffers.q) {
+            *old = N::zero().if_less(lanes, new, *old);
+        }
+        self.place(&state.q, work);
+        let lifted = self.gravity_energy(work) - potential;
+        N::zero().if_less(lanes, lifted, N::zero())
+    }
+
+    /// Corrects the velocities so that momentum and energy are those that the impulses leave.
+    fn restore(
+        &self,
+        state: &mut TreeState<N>,
+        energy: N,
+        momentum: Spatial<N>,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) {
+        let (zero, one) = (N::zero(), N::one());
+        let floating = self.floats() && !zero.any_less(self.dofs[0].armature);
+        if !(config.keep_energy || floating && config.keep_momentum) {
+            return;
+        }
+        self.move_links(&state.v, work);
+        let mut locked = Spatial::zero();
+        let mut locked_energy = zero;
+        let half = N::splat(0.5);
+        let mut kinetic = self.kinetic_energy(&state.v, work);
+        if floating {
+            let whole: Inertia<N> = self.whole(work);
+            let now = self.momentum_about_origin(work);
+            let goal = if config.keep_momentum { momentum } else { now };
+            locked = whole.velocity_of(goal);
+            locked_energy = half * locked.dot(goal);
+            if config.keep_momentum {
+                let correction = whole.velocity_of(goal - now);
+                kinetic = kinetic + correction.dot(now) + half * correction.dot(goal - now);
+                self.shift_base(state, correction, work);
+            }
+        }
+        if !config.keep_energy {
+            return;
+        }
+        let inner = kinetic - locked_energy;
+        let wanted = energy - self.gravity_energy(work) - locked_energy;
+        // Below this the inner motion is rounding.
+        let least = N::splat(16.0 * N::EPSILON) * (kinetic + locked_energy) + N::splat(1.0e-30);
+        let safe = least.if_less(inner, inner, one);
+        let ratio = (wanted / safe).greater(zero).lesser(N::splat(MOST_GAIN));
+        let scale = least.if_less(inner, ratio.sqrt(), one);
+        let base = if floating { 6 } else { 0 };
+        for rate in &mut state.v[base..] {
+            *rate = *rate * scale;
+        }
+        if floating {
+            let w = work.rotation[0];
+            let v = Spatial {
+                angular: w.rotate(Vector([state.v[3], state.v[4], state.v[5]])),
+                linear: Vector([state.v[0], state.v[1], state.v[2]]),
+            };
+            let correction = (v - locked) * (scale - one);
+            self.shift_base(state, correction, work);
+        }
+    }
+
+    /// Adds a motion to that of the floating first link.
+    fn shift_base(&self, state: &mut TreeState<N>, by: Spatial<N>, work: &TreeWork<N>) {
+        let turn = work.rotation[0].unrotate(by.angular);
+        for k in 0..3 {
+            state.v[k] = state.v[k] + by.linear.0[k];
+            state.v[k + 3] = state.v[k + 3] + turn.0[k];
+        }
+    }
+}
+
+/// Largest factor by which a step may raise the energy of the inner motion to keep the whole.
+const MOST_GAIN: f64 = 1.05;
+
+/// The same momentum about a point that is `shift` from the old one.
+fn about<N: Number>(momentum: Spatial<N>, shift: Vector<N>) -> Spatial<N> {
+    Spatial {
+        angular: momentum.angular - shift.cross(momentum.linear),
+        linear: momentum.linear,
+    }
+}

@@ -1,0 +1,56 @@
+use super::trees::*;
+use crate::articulation::*;
+use crate::base::random::Random;
+
+fn total(tree: &Tree<f64>, s: &TreeState<f64>, w: &mut TreeWork<f64>) -> f64 {
+    tree.place(&s.q, w);
+    tree.move_links(&s.v, w);
+    tree.kinetic_energy(&s.v, w) + tree.gravity_energy(w) + tree.spring_energy(&s.q)
+}
+
+fn run(name: &str, kind: &Kind, config: &TreeStepConfig, hz: f64, n: u64, speed: f64, seconds: f64) {
+    let mut worst = 0.0_f64; let mut over = 0; let mut bad = 0; let mut fell = 0; let mut list = vec![]; let mut which = 0;
+    for seed in 0..n {
+        let mut r = Random::new(seed);
+        let (def, q, v) = random_tree(&mut r, kind);
+        let tree = Tree::new(&def, GRAVITY).unwrap();
+        let mut w = TreeWork::new(&tree);
+        let mut s = TreeState { q, v: v.iter().map(|x| x * speed).collect() };
+        let tau = vec![0.0; tree.v_count()];
+        let e0 = total(&tree, &s, &mut w);
+        // Scale: kinetic energy at start plus the weight lifted by the size
+        let mut scale: f64 = { let k = tree.kinetic_energy(&s.v, &w); k };
+        let (m, _) = tree.center_of_mass(&w);
+        scale = scale.max(m * 9.81 * 0.1);
+        let mut gain = 0.0_f64; let mut rec = 0.0; let mut low = 0.0_f64;
+        for _ in 0..(seconds * hz) as usize {
+            let rep = tree.step(&mut s, &tau, 1.0 / hz, config, &mut w);
+            rec += rep.recovery_work;
+            let e = total(&tree, &s, &mut w) - rec;
+            if !e.is_finite() { bad += 1; break; }
+            gain = gain.max(e - e0); low = low.min(e - e0);
+        }
+        let g = gain / scale;
+        list.push(g);
+        if g > worst { worst = g; which = seed; }
+        if g > 1e-3 { over += 1; }
+        if low / scale < -1e-2 { fell += 1; }
+    }
+    list.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    println!("{name} {hz} Hz: worst gain {worst:.2e} (seed {which}), median {:.2e}, over 0.1%: {over}, lost>1%: {fell}, nonfinite {bad}", list[list.len() / 2]);
+}
+
+#[test]
+fn experiment() {
+    let full = Kind { armature: true, damping: true, springs: true, limits: true, friction: false, ..BARE };
+    let n: u64 = std::env::var("N").ok().and_then(|s| s.parse().ok()).unwrap_or(60);
+    let plain = TreeStepConfig { keep_energy: false, keep_momentum: false, ..Default::default() };
+    let mom = TreeStepConfig { keep_energy: false, ..Default::default() };
+    let kept = TreeStepConfig::default();
+    for hz in [30.0, 60.0, 240.0, 1000.0] {
+        for (name, c) in [("plain", &plain), ("momentum", &mom), ("kept", &kept)] {
+            run(&format!("bare {name}"), &BARE, c, hz, n, 1.0, 1.0);
+            run(&format!("full {name}"), &full, c, hz, n, 1.0, 1.0);
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of trees.
+
+mod trees;
+mod experiment;
