@@ -102,9 +102,10 @@ impl<N: Number> Tree<N> {
         }
     }
 
-    /// The mass matrix, with armature, as rows along `path`, and its diagonal as pivots; after
-    /// [`Tree::place`].
+    /// The mass matrix, with armature, as rows along `path`; after [`Tree::place`]. Its
+    /// diagonal bounds the rounding errors of pivots, so it sets their floor.
     pub(super) fn fill_mass_matrix(&self, work: &mut TreeWork<N>) {
+        let least = Self::least_pivot();
         work.composite.copy_from_slice(&work.inertia);
         for (i, link) in self.links.iter().enumerate().rev() {
             let composite = work.composite[i];
@@ -119,7 +120,7 @@ impl<N: Number> Tree<N> {
                 }
                 let at = self.rows[dof];
                 work.matrix[at] = work.matrix[at] + self.dofs[dof].armature;
-                work.pivots[dof] = work.matrix[at];
+                work.floor[dof] = work.matrix[at] * least + N::splat(1.0e-36);
             }
         }
     }
@@ -168,13 +169,11 @@ impl<N: Number> Tree<N> {
         work: &mut TreeWork<N>,
         implicit: impl Fn(usize, N) -> (N, N),
     ) {
-        let least = Self::least_pivot();
         let matrix = &mut work.matrix;
         for dof in (0..self.dofs.len()).rev() {
             let (start, end) = (self.rows[dof], self.rows[dof + 1]);
-            // The diagonal of the mass matrix bounds the rounding errors of the pivot.
-            let floor = work.pivots[dof] * least + N::splat(1.0e-36);
-            let pivot = matrix[start].greater(floor);
+            let pivot = matrix[start].greater(work.floor[dof]);
+            work.bare[dof] = pivot;
             let (theta, extra) = implicit(dof, pivot);
             let pivot = pivot + extra;
             work.theta[dof] = theta;

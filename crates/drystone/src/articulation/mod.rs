@@ -10,6 +10,7 @@ mod work;
 mod kinematics;
 mod dynamics;
 mod bodies;
+mod geometric;
 mod row;
 mod gather;
 mod step;

@@ -34,6 +34,8 @@ pub struct TreeStepConfig {
     pub keep_energy: bool,
     /// Whether a step of a floating tree keeps its momentum; default true.
     pub keep_momentum: bool,
+    /// geometric
+    pub geometric: bool,
     /// Largest turn of a link in a substep \[rad\]; faster trees take more substeps. Default 0.25.
     pub substep_turn: f64,
     /// Largest number of substeps, 1 to 256; default 16.
@@ -48,6 +50,7 @@ impl Default for TreeStepConfig {
             recovery_speed: 1.0,
             keep_energy: true,
             keep_momentum: true,
+            geometric: false,
             substep_turn: 0.25,
             substeps: 16,
         }
@@ -84,6 +87,21 @@ struct Before<N> {
     energy: N,
     momentum: Spatial<N>,
     origin: Vector<N>,
+    center: Vector<N>,
+}
+
+/// Quantities at the end of a step.
+struct Goal<N> {
+    /// Kinetic and gravity energy.
+    energy: N,
+    /// Momentum about `origin`.
+    momentum: Spatial<N>,
+    origin: Vector<N>,
+    /// Center of mass at the step's start, and mass times its way since.
+    center: Vector<N>,
+    linear: Vector<N>,
+    /// Kinetic, gravity and spring energy, if the motion is shortened.
+    whole: N,
 }
 
 impl<N: Number> Tree<N> {
@@ -166,6 +184,7 @@ impl<N: Number> Tree<N> {
         self.move_links(&state.v, work);
         let before = self.conserved(&state.v, work);
         buffers.v_start.copy_from_slice(&state.v);
+        buffers.q_start.copy_from_slice(&state.q);
         self.spring_forces(&state.q, &mut buffers.spring);
         self.advance(&mut state.q, &state.v, half);
         self.place(&state.q, work);
@@ -178,23 +197,143 @@ impl<N: Number> Tree<N> {
             angular: middle.moment.cross(self.gravity),
             linear: self.gravity * middle.mass,
         };
-        let shift = work.origin - before.origin;
+        // Momentum about the middle's reference point, plus impulses there.
+        let momentum =
+            about(before.momentum, work.origin - before.origin) + gravity * h + momentum;
         let origin = work.origin;
-        self.advance(&mut state.q, &buffers.v, half);
+        // Where a spring or damper is stiff, the end's velocity weighs more: u = v + 2θ (v⁺ − v).
+        for dof in 0..self.dofs.len() {
+            let start = buffers.v_start[dof];
+            let change = buffers.v[dof] - start;
+            let theta = work.theta[dof];
+            buffers.change[dof] = start + (theta + theta) * change;
+            // Never more than the force does on the displacement, nor than its kinetic energy.
+            let mean = (start + start + change) * N::splat(0.5);
+            let weighted = start + theta * change;
+            let (p, q) = (buffers.impulse[dof] * mean, buffers.impulse[dof] * weighted);
+            buffers.v_middle[dof] = p.lesser(q);
+        }
+        let done = buffers.v_middle.iter().fold(N::zero(), |sum, &part| sum + part);
+        let others = self.work_without_springs(h, work, &buffers);
+        let springs = self.spring_energy(&buffers.q_start);
+        self.advance(&mut state.q, &buffers.change, half);
         state.v.copy_from_slice(&buffers.v);
         self.place(&state.q, work);
-        let recovered = self.recover(state, h, config, work, &mut buffers);
-        let work_done = buffers
-            .impulse
-            .iter()
-            .zip(&buffers.v_middle)
-            .fold(recovered, |sum, (&p, &v)| sum + p * v);
-        // Momentum about the middle's reference point, plus impulses there, then about the end's.
-        let moved = about(before.momentum, shift) + gravity * h + momentum;
-        let target = about(moved, work.origin - origin);
-        self.restore(state, before.energy + work_done, target, config, work);
+        let (lifted, mut recovered) = self.recover(state, h, config, work, &mut buffers);
+        let mut goal = Goal {
+            energy: before.energy + done + lifted,
+            momentum,
+            origin,
+            center: before.center,
+            linear: (before.momentum.linear + momentum.linear) * half,
+            whole: before.energy + springs + others,
+        };
+        self.track(state, &goal, config, work);
+        if config.keep_energy {
+            let held = self.hold_back(state, &goal, h, config, work, &mut buffers);
+            // A motion that was shortened has stretched springs less, and has not closed gaps.
+            let rest = goal.whole - self.spring_energy(&state.q);
+            goal.energy = N::zero().if_less(held, rest, goal.energy);
+            recovered = N::zero().if_less(held, N::zero(), recovered);
+        }
+        self.restore(state, &goal, config, work);
         work.buffers = buffers;
         recovered
+    }
+
+    /// Work of all forces but springs, on the shorter of the step's two displacements.
+    fn work_without_springs(
+        &self,
+        h: N,
+        work: &TreeWork<N>,
+        buffers: &super::work::Buffers<N>,
+    ) -> N {
+        let half = N::splat(0.5);
+        let mut sum = N::zero();
+        for dof in 0..self.dofs.len() {
+            let start = buffers.v_start[dof];
+            let change = buffers.v[dof] - start;
+            let weighted = start + work.theta[dof] * change;
+            let stretch = work.theta[dof] * h * self.dofs[dof].stiffness * weighted;
+            let other = buffers.impulse[dof] - h * (buffers.spring[dof] - stretch);
+            sum = sum + (other * (start + half * change)).lesser(other * weighted);
+        }
+        sum
+    }
+
+    /// Moves a floating tree so that its center of mass is where its momentum brings it.
+    fn track(
+        &self,
+        state: &mut TreeState<N>,
+        goal: &Goal<N>,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) {
+        if !(self.conserves_momentum() && config.keep_momentum) {
+            return;
+        }
+        let (mass, center) = self.center_of_mass(work);
+        let shift = goal.center + goal.linear * (N::one() / mass) - center;
+        for k in 0..3 {
+            state.q[k] = state.q[k] + shift.0[k];
+        }
+        work.origin = work.origin + shift;
+    }
+
+    fn conserves_momentum(&self) -> bool {
+        self.floats() && !N::zero().any_less(self.dofs[0].armature)
+    }
+
+    /// Shortens the motion of a step that would need more energy than there is. Gives more than 0 in
+    /// lanes where it did.
+    fn hold_back(
+        &self,
+        state: &mut TreeState<N>,
+        goal: &Goal<N>,
+        h: N,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+        buffers: &mut super::work::Buffers<N>,
+    ) -> N {
+        let half = h * N::splat(0.5);
+        let (mut part, mut held) = (N::one(), N::zero());
+        for attempt in 0..12 {
+            let available = match attempt {
+                0 => goal.energy,
+                _ => N::zero().if_less(
+                    held,
+                    goal.whole - self.spring_energy(&state.q),
+                    goal.energy,
+                ),
+            };
+            let missing = self.missing(goal, available, config, work);
+            if !N::zero().any_less(missing) {
+                break;
+            }
+            held = held.greater(missing);
+            part = part * N::splat(0.5);
+            buffers.q.copy_from_slice(&buffers.q_start);
+            self.advance(&mut buffers.q, &buffers.v_start, half * part);
+            self.advance(&mut buffers.q, &buffers.change, half * part);
+            for (old, &new) in state.q.iter_mut().zip(&buffers.q) {
+                *old = N::zero().if_less(missing, new, *old);
+            }
+            self.place(&state.q, work);
+            self.track(state, goal, config, work);
+        }
+        held
+    }
+
+    /// Energy that the placed tree needs beyond the available: more than 0 if it cannot be there.
+    fn missing(&self, goal: &Goal<N>, available: N, config: &TreeStepConfig, work: &TreeWork<N>) -> N {
+        let mut need = self.gravity_energy(work);
+        if self.conserves_momentum() && config.keep_momentum {
+            let momentum = about(goal.momentum, work.origin - goal.origin);
+            let locked = self.whole(work).velocity_of(momentum);
+            need = need + N::splat(0.5) * locked.dot(momentum);
+        }
+        let scale = need.abs() + available.abs();
+        need - available - N::splat(64.0 * N::EPSILON) * scale
     }
 
     /// Kinetic plus gravity energy, and momentum about the reference point.
@@ -203,6 +342,7 @@ impl<N: Number> Tree<N> {
             energy: self.kinetic_energy(v, work) + self.gravity_energy(work),
             momentum: self.momentum_about_origin(work),
             origin: work.origin,
+            center: self.center_of_mass(work).1,
         }
     }
 
@@ -233,16 +373,28 @@ impl<N: Number> Tree<N> {
         let has_rows = self.may_have_rows();
         work.rows.clear();
         buffers.v_middle.copy_from_slice(&state.v);
+        let mut most = N::zero();
         for iteration in 0..config.iterations.clamp(1, 16) {
             self.move_links(&buffers.v_middle, work);
             self.bias(work);
-            for dof in 0..dofs {
-                let data = &self.dofs[dof];
-                let ahead = work.theta[dof] * h * data.stiffness + data.damping;
-                let force = tau[dof] + buffers.spring[dof] - work.tau[dof];
-                buffers.change[dof] = h * (force - ahead * state.v[dof]);
+            if iteration == 0 {
+                most = self.largest_change(state, tau, h, work, buffers);
             }
-            self.solve(work, &mut buffers.change);
+            self.find_change(state, tau, h, most, work, buffers);
+            if config.geometric && iteration == 0 {
+                for dof in 0..dofs {
+                    buffers.row[dof] = buffers.change[dof] / h;
+                }
+                self.fill_mass_matrix(work);
+                for dof in 0..dofs {
+                    work.floor[dof] = work.bare[dof] * half;
+                }
+                let mut loads = core::mem::take(&mut work.loads);
+                self.add_geometric(&buffers.row, N::splat(0.25) * h * h, &mut loads, work);
+                work.loads = loads;
+                self.factor_step(work, h);
+                self.find_change(state, tau, h, most, work, buffers);
+            }
             for dof in 0..dofs {
                 buffers.v[dof] = state.v[dof] + buffers.change[dof];
             }
@@ -274,6 +426,68 @@ impl<N: Number> Tree<N> {
                 buffers.v_middle[dof] = half * (state.v[dof] + buffers.v[dof]);
             }
         }
+    }
+
+    /// Change of the velocities without rows, into `buffers.change`. Its norm is at most `most`.
+    fn find_change(
+        &self,
+        state: &TreeState<N>,
+        tau: &[N],
+        h: N,
+        most: N,
+        work: &mut TreeWork<N>,
+        buffers: &mut super::work::Buffers<N>,
+    ) {
+        for dof in 0..self.dofs.len() {
+            let data = &self.dofs[dof];
+            let ahead = work.theta[dof] * h * data.stiffness + data.damping;
+            let force = tau[dof] + buffers.spring[dof] - work.tau[dof];
+            buffers.change[dof] = h * (force - ahead * state.v[dof]);
+        }
+        self.solve_upper(work, &mut buffers.change);
+        let mut square = N::zero();
+        for (value, &root) in buffers.change.iter_mut().zip(&work.root_inverse) {
+            let white = *value * root;
+            square = square + white * white;
+            *value = white * root;
+        }
+        let limit = most * most;
+        let safe = limit.if_less(square, square, N::one());
+        let scale = limit.if_less(square, (limit / safe).sqrt(), N::one());
+        for value in &mut buffers.change {
+            *value = *value * scale;
+        }
+        self.solve_lower(work, &mut buffers.change);
+    }
+
+    /// The largest change of the velocities that a step can bring, in the norm of the mass matrix:
+    /// free fall, plus given forces and springs, plus twice the velocities. Velocity products above
+    /// it mean that the fixed point diverges.
+    fn largest_change(
+        &self,
+        state: &TreeState<N>,
+        tau: &[N],
+        h: N,
+        work: &mut TreeWork<N>,
+        buffers: &mut super::work::Buffers<N>,
+    ) -> N {
+        for dof in 0..self.dofs.len() {
+            let data = &self.dofs[dof];
+            let ahead = work.theta[dof] * h * data.stiffness + data.damping;
+            let force = tau[dof] + buffers.spring[dof] - ahead * state.v[dof];
+            buffers.change[dof] = h * force;
+        }
+        self.solve_upper(work, &mut buffers.change);
+        let forced = buffers
+            .change
+            .iter()
+            .zip(&work.root_inverse)
+            .fold(N::zero(), |sum, (&value, &root)| sum + value * root * (value * root));
+        let two = N::splat(2.0);
+        let moving = (two * self.kinetic_energy(&state.v, work)).sqrt();
+        let mass = self.whole(work).mass;
+        let falling = h * self.gravity.length() * mass.sqrt();
+        forced.sqrt() + two * moving + falling
     }
 
     /// Generalized impulses P of the step without bias, into `buffers.impulse`. Gives the momentum
@@ -321,7 +535,8 @@ impl<N: Number> Tree<N> {
         }
     }
 
-    /// Closes gaps that are left, without leaving a speed. Gives the work against gravity.
+    /// Closes gaps that are left, without leaving a speed. Gives the work against gravity, and with
+    /// that against springs.
     fn recover(
         &self,
         state: &mut TreeState<N>,
@@ -329,44 +544,48 @@ impl<N: Number> Tree<N> {
         config: &TreeStepConfig,
         work: &mut TreeWork<N>,
         buffers: &mut super::work::Buffers<N>,
-    ) -> N {
+    ) -> (N, N) {
         if !work.rows.rows.iter().any(|row| row.corrects) {
-            return N::zero();
+            return (N::zero(), N::zero());
         }
-        self.whiten_velocity(work, &buffers.v, &mut buffers.whitened);
+        self.whiten_velocity(work, &buffers.change, &mut buffers.whitened);
         let half = h * N::splat(0.5);
         let speed = N::splat(config.recovery_speed.max(0.0));
         let lanes = work.rows.aim_at_gaps(&buffers.whitened, half, h, speed);
         if !N::zero().any_less(lanes) {
-            return N::zero();
+            return (N::zero(), N::zero());
         }
         buffers.whitened.fill(N::zero());
         for _ in 0..config.sweeps.clamp(1, 1000) {
             work.rows.sweep(&mut buffers.whitened);
         }
-        self.color_velocity(work, &buffers.whitened, &mut buffers.change);
+        self.color_velocity(work, &buffers.whitened, &mut buffers.row);
         let potential = self.gravity_energy(work);
+        let springs = self.spring_energy(&state.q);
         buffers.q.copy_from_slice(&state.q);
-        self.advance(&mut buffers.q, &buffers.change, N::one());
+        self.advance(&mut buffers.q, &buffers.row, N::one());
         for (old, &new) in state.q.iter_mut().zip(&buffers.q) {
             *old = N::zero().if_less(lanes, new, *old);
         }
         self.place(&state.q, work);
         let lifted = self.gravity_energy(work) - potential;
-        N::zero().if_less(lanes, lifted, N::zero())
+        let stretched = self.spring_energy(&state.q) - springs;
+        let only = |value: N| N::zero().if_less(lanes, value, N::zero());
+        (only(lifted), only(lifted + stretched))
     }
 
     /// Corrects the velocities so that momentum and energy are those that the impulses leave.
     fn restore(
         &self,
         state: &mut TreeState<N>,
-        energy: N,
-        momentum: Spatial<N>,
+        goal: &Goal<N>,
         config: &TreeStepConfig,
         work: &mut TreeWork<N>,
     ) {
         let (zero, one) = (N::zero(), N::one());
-        let floating = self.floats() && !zero.any_less(self.dofs[0].armature);
+        let floating = self.conserves_momentum();
+        let momentum = about(goal.momentum, work.origin - goal.origin);
+        let energy = goal.energy;
         if !(config.keep_energy || floating && config.keep_momentum) {
             return;
         }

@@ -1,6 +1,7 @@
 //! Memory of one tree's computation: poses, velocities, the mass matrix and its factor. It is made
 //! once; nothing in it outlives a call as state.
 
+use super::geometric::Load;
 use super::number::Number;
 use super::spatial::{Inertia, Rotation, Spatial, Vector};
 use super::tree::Tree;
@@ -31,6 +32,8 @@ pub struct TreeWork<N> {
     pub(super) matrix: Vec<N>,
     /// Diagonal D of the factor, with armature and implicit terms.
     pub(super) pivots: Vec<N>,
+    /// Pivots before the implicit terms.
+    pub(super) bare: Vec<N>,
     /// √D and 1/√D.
     pub(super) root: Vec<N>,
     pub(super) root_inverse: Vec<N>,
@@ -38,6 +41,10 @@ pub struct TreeWork<N> {
     pub(super) theta: Vec<N>,
     /// Generalized forces of the last computation.
     pub(super) tau: Vec<N>,
+    /// Forces of links for the geometric stiffness.
+    pub(super) loads: Vec<Load<N>>,
+    /// Least pivots of the next factor.
+    pub(super) floor: Vec<N>,
     pub(super) rows: Rows<N>,
     pub(super) buffers: Buffers<N>,
 }
@@ -46,6 +53,7 @@ pub struct TreeWork<N> {
 #[derive(Clone, Debug)]
 pub(super) struct Buffers<N> {
     pub(super) q: Vec<N>,
+    pub(super) q_start: Vec<N>,
     pub(super) v: Vec<N>,
     pub(super) v_middle: Vec<N>,
     pub(super) change: Vec<N>,
@@ -76,13 +84,17 @@ impl<N: Number> TreeWork<N> {
             force: vec![Spatial::zero(); links],
             matrix: vec![zero; tree.path.len()],
             pivots: rates(),
+            bare: rates(),
             root: rates(),
             root_inverse: rates(),
             theta: rates(),
             tau: rates(),
+            loads: vec![Load::zero(); links],
+            floor: rates(),
             rows: Rows::new(),
             buffers: Buffers {
                 q: coordinates(),
+                q_start: coordinates(),
                 v: rates(),
                 v_middle: rates(),
                 change: rates(),
@@ -101,6 +113,7 @@ impl<N> Buffers<N> {
     pub(super) const fn empty() -> Self {
         Self {
             q: Vec::new(),
+            q_start: Vec::new(),
             v: Vec::new(),
             v_middle: Vec::new(),
             change: Vec::new(),

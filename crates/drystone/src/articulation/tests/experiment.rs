@@ -44,13 +44,32 @@ fn run(name: &str, kind: &Kind, config: &TreeStepConfig, hz: f64, n: u64, speed:
 fn experiment() {
     let full = Kind { armature: true, damping: true, springs: true, limits: true, friction: false, ..BARE };
     let n: u64 = std::env::var("N").ok().and_then(|s| s.parse().ok()).unwrap_or(60);
-    let plain = TreeStepConfig { keep_energy: false, keep_momentum: false, ..Default::default() };
-    let mom = TreeStepConfig { keep_energy: false, ..Default::default() };
     let kept = TreeStepConfig::default();
+    let plain = TreeStepConfig { keep_energy: false, keep_momentum: false, ..kept };
+    let none = TreeStepConfig { geometric: false, ..plain };
+    let kept_none = TreeStepConfig { geometric: false, ..kept };
+    let _ = (plain, none, kept_none);
     for hz in [30.0, 60.0, 240.0, 1000.0] {
-        for (name, c) in [("plain", &plain), ("momentum", &mom), ("kept", &kept)] {
+        for (name, c) in [("kept", &kept)] {
             run(&format!("bare {name}"), &BARE, c, hz, n, 1.0, 1.0);
             run(&format!("full {name}"), &full, c, hz, n, 1.0, 1.0);
+        }
+    }
+    if let Some(seed) = std::env::var("SEED").ok().and_then(|s| s.parse::<u64>().ok()) {
+        let hz = 30.0;
+        let mut r = Random::new(seed);
+        let (def, q, v) = random_tree(&mut r, &full);
+        let tree = Tree::new(&def, GRAVITY).unwrap();
+        let mut w = TreeWork::new(&tree);
+        let mut s = TreeState { q, v };
+        let tau = vec![0.0; tree.v_count()];
+        println!("links {} dofs {} floats {}", tree.link_count(), tree.v_count(), tree.floats());
+        let mut rec = 0.0;
+        for i in 0..30 {
+            let rep = tree.step(&mut s, &tau, 1.0 / hz, &kept, &mut w);
+            rec += rep.recovery_work;
+            let e = total(&tree, &s, &mut w);
+            println!("{i}: E {e:.4} E-rec {:.4} K {:.4} Vg {:.4} S {:.4} rec {:.4} rows {}", e - rec, tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w), tree.spring_energy(&s.q), rep.recovery_work, w.rows.rows.len());
         }
     }
 }
