@@ -2,3 +2,4 @@
 
 mod trees;
 mod experiment;
+mod mujoco;
