@@ -173,22 +173,25 @@ impl<N: Number> Tree<N> {
         for dof in (0..self.dofs.len()).rev() {
             let (start, end) = (self.rows[dof], self.rows[dof + 1]);
             let pivot = matrix[start].greater(work.floor[dof]);
-            work.bare[dof] = pivot;
             let (theta, extra) = implicit(dof, pivot);
             let pivot = pivot + extra;
             work.theta[dof] = theta;
             work.pivots[dof] = pivot;
             let inverse = N::one() / pivot;
-            for at in start + 1..end {
-                let other = self.path[at];
-                let factor = matrix[at] * inverse;
-                let row = self.rows[other];
-                for k in at..end {
-                    matrix[row + k - at] = matrix[row + k - at] - factor * matrix[k];
+            // Ancestors have lower indices, so their rows lie before this one.
+            let (above, row) = matrix.split_at_mut(start);
+            let row = &mut row[1..end - start];
+            let path = &self.path[start + 1..end];
+            for (at, &other) in path.iter().enumerate() {
+                let factor = row[at] * inverse;
+                let first = self.rows[other];
+                let mine = &mut above[first..first + row.len() - at];
+                for (entry, &value) in mine.iter_mut().zip(&row[at..]) {
+                    *entry = *entry - factor * value;
                 }
             }
-            for at in start + 1..end {
-                matrix[at] = matrix[at] * inverse;
+            for entry in row {
+                *entry = *entry * inverse;
             }
             let root = pivot.sqrt();
             work.root[dof] = root;
@@ -201,9 +204,9 @@ impl<N: Number> Tree<N> {
     pub(super) fn solve_upper(&self, work: &TreeWork<N>, x: &mut [N]) {
         for dof in (0..x.len()).rev() {
             let value = x[dof];
-            for at in self.rows[dof] + 1..self.rows[dof + 1] {
-                let other = self.path[at];
-                x[other] = x[other] - work.matrix[at] * value;
+            let row = self.rows[dof] + 1..self.rows[dof + 1];
+            for (&other, &factor) in self.path[row.clone()].iter().zip(&work.matrix[row]) {
+                x[other] = x[other] - factor * value;
             }
         }
     }
@@ -213,8 +216,9 @@ impl<N: Number> Tree<N> {
     pub(super) fn solve_lower(&self, work: &TreeWork<N>, x: &mut [N]) {
         for dof in 0..x.len() {
             let mut value = x[dof];
-            for at in self.rows[dof] + 1..self.rows[dof + 1] {
-                value = value - work.matrix[at] * x[self.path[at]];
+            let row = self.rows[dof] + 1..self.rows[dof + 1];
+            for (&other, &factor) in self.path[row.clone()].iter().zip(&work.matrix[row]) {
+                value = value - factor * x[other];
             }
             x[dof] = value;
         }

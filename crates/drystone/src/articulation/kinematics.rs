@@ -50,6 +50,13 @@ impl<N: Number> Tree<N> {
 
     /// Forward kinematics: poses, axes and inertias of all links at the coordinates `q`.
     pub fn place(&self, q: &[N], work: &mut TreeWork<N>) {
+        // A step begins where the last one ended, which is placed.
+        let same = |(&a, &b): (&N, &N)| a.same_bits(b);
+        if work.placed.len() == q.len() && work.placed.iter().zip(q).all(same) {
+            return;
+        }
+        work.placed.clear();
+        work.placed.extend_from_slice(q);
         let floats = self.floats();
         work.origin =
             if floats { Vector([q[0], q[1], q[2]]) } else { self.links[0].position };
@@ -198,6 +205,20 @@ impl<N: Number> Tree<N> {
         let rotors = self.dofs.iter().zip(v);
         let all = rotors.fold(moving, |sum, (dof, &rate)| sum + dof.armature * rate * rate);
         all * N::splat(0.5)
+    }
+
+    /// Kinetic energy \[J\] and momentum about the reference point, in one pass.
+    pub(super) fn motion_sums(&self, v: &[N], work: &TreeWork<N>) -> (N, Spatial<N>) {
+        let (mut twice, mut momentum) = (N::zero(), Spatial::zero());
+        for (inertia, &u) in work.inertia.iter().zip(&work.velocity) {
+            let part = inertia.times(u);
+            twice = twice + part.dot(u);
+            momentum = momentum + part;
+        }
+        for (dof, &rate) in self.dofs.iter().zip(v) {
+            twice = twice + dof.armature * rate * rate;
+        }
+        (twice * N::splat(0.5), momentum)
     }
 
     /// Potential energy of gravity \[J\], 0 with all mass at the world's origin; after

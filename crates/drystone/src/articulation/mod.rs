@@ -10,7 +10,6 @@ mod work;
 mod kinematics;
 mod dynamics;
 mod bodies;
-mod geometric;
 mod row;
 mod gather;
 mod step;

@@ -47,6 +47,8 @@ pub trait Number:
     fn if_less(self, bound: Self, then: Self, otherwise: Self) -> Self;
     /// Whether `self < bound` in any lane.
     fn any_less(self, bound: Self) -> bool;
+    /// Whether all lanes have the same bits.
+    fn same_bits(self, other: Self) -> bool;
     /// Angle of the point (x, y) with `self` as y [rad], −π to π.
     #[must_use]
     fn atan2(self, x: Self) -> Self;
@@ -173,6 +175,10 @@ impl Number for f64 {
         self < bound
     }
     #[inline(always)]
+    fn same_bits(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         libm::atan2(self, x)
     }
@@ -213,6 +219,10 @@ impl Number for f32 {
         self < bound
     }
     #[inline(always)]
+    fn same_bits(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         libm::atan2f(self, x)
     }
@@ -220,7 +230,7 @@ impl Number for f32 {
 
 /// `L` numbers side by side. The compiler makes vector instructions of the loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
+#[repr(align(32))]
 pub struct Lanes<T, const L: usize>(pub [T; L]);
 
 impl<T: Number, const L: usize> Lanes<T, L> {
@@ -313,6 +323,10 @@ impl<T: Number, const L: usize> Number for Lanes<T, L> {
             any |= self.0[lane].any_less(bound.0[lane]);
         }
         any
+    }
+    #[inline(always)]
+    fn same_bits(self, other: Self) -> bool {
+        self.0.iter().zip(other.0).all(|(a, b)| a.same_bits(b))
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {

@@ -9,7 +9,7 @@
 //! q⁺ = q½ + h/2 v⁺
 //! ```
 //!
-//! Velocity products stand at the middle velocity, by two fixed-point iterations; so the step is
+//! Velocity products stand at the middle velocity, by fixed-point iterations; so the step is
 //! of second order and symmetric. Then two conserved quantities are restored. The momentum of a
 //! floating tree is the one before plus its impulses: the base's motion is corrected. Kinetic plus
 //! gravity energy is the one before plus the work of P: the internal motion is scaled.
@@ -17,14 +17,14 @@
 
 use super::gather::Moment;
 use super::number::Number;
-use super::spatial::{Inertia, Spatial, Vector};
+use super::spatial::{Spatial, Vector};
 use super::tree::Tree;
 use super::work::TreeWork;
 
 /// Tuning of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeStepConfig {
-    /// Iterations over velocity products and rows, 1 to 16; default 2.
+    /// Iterations over velocity products and rows, 1 to 16; default 3.
     pub iterations: usize,
     /// Sweeps over the rows in each iteration, 1 to 1000; default 10.
     pub sweeps: usize,
@@ -34,8 +34,6 @@ pub struct TreeStepConfig {
     pub keep_energy: bool,
     /// Whether a step of a floating tree keeps its momentum; default true.
     pub keep_momentum: bool,
-    /// geometric
-    pub geometric: bool,
     /// Largest turn of a link in a substep \[rad\]; faster trees take more substeps. Default 0.25.
     pub substep_turn: f64,
     /// Largest number of substeps, 1 to 256; default 16.
@@ -45,12 +43,11 @@ pub struct TreeStepConfig {
 impl Default for TreeStepConfig {
     fn default() -> Self {
         Self {
-            iterations: 2,
+            iterations: 3,
             sweeps: 10,
             recovery_speed: 1.0,
             keep_energy: true,
             keep_momentum: true,
-            geometric: false,
             substep_turn: 0.25,
             substeps: 16,
         }
@@ -278,6 +275,7 @@ impl<N: Number> Tree<N> {
             state.q[k] = state.q[k] + shift.0[k];
         }
         work.origin = work.origin + shift;
+        work.placed.copy_from_slice(&state.q);
     }
 
     fn conserves_momentum(&self) -> bool {
@@ -338,9 +336,10 @@ impl<N: Number> Tree<N> {
 
     /// Kinetic plus gravity energy, and momentum about the reference point.
     fn conserved(&self, v: &[N], work: &TreeWork<N>) -> Before<N> {
+        let (kinetic, momentum) = self.motion_sums(v, work);
         Before {
-            energy: self.kinetic_energy(v, work) + self.gravity_energy(work),
-            momentum: self.momentum_about_origin(work),
+            energy: kinetic + self.gravity_energy(work),
+            momentum,
             origin: work.origin,
             center: self.center_of_mass(work).1,
         }
@@ -381,20 +380,6 @@ impl<N: Number> Tree<N> {
                 most = self.largest_change(state, tau, h, work, buffers);
             }
             self.find_change(state, tau, h, most, work, buffers);
-            if config.geometric && iteration == 0 {
-                for dof in 0..dofs {
-                    buffers.row[dof] = buffers.change[dof] / h;
-                }
-                self.fill_mass_matrix(work);
-                for dof in 0..dofs {
-                    work.floor[dof] = work.bare[dof] * half;
-                }
-                let mut loads = core::mem::take(&mut work.loads);
-                self.add_geometric(&buffers.row, N::splat(0.25) * h * h, &mut loads, work);
-                work.loads = loads;
-                self.factor_step(work, h);
-                self.find_change(state, tau, h, most, work, buffers);
-            }
             for dof in 0..dofs {
                 buffers.v[dof] = state.v[dof] + buffers.change[dof];
             }
@@ -593,10 +578,9 @@ impl<N: Number> Tree<N> {
         let mut locked = Spatial::zero();
         let mut locked_energy = zero;
         let half = N::splat(0.5);
-        let mut kinetic = self.kinetic_energy(&state.v, work);
+        let (mut kinetic, now) = self.motion_sums(&state.v, work);
         if floating {
-            let whole: Inertia<N> = self.whole(work);
-            let now = self.momentum_about_origin(work);
+            let whole = self.whole(work);
             let goal = if config.keep_momentum { momentum } else { now };
             locked = whole.velocity_of(goal);
             locked_energy = half * locked.dot(goal);

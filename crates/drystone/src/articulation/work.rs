@@ -1,7 +1,6 @@
 //! Memory of one tree's computation: poses, velocities, the mass matrix and its factor. It is made
 //! once; nothing in it outlives a call as state.
 
-use super::geometric::Load;
 use super::number::Number;
 use super::spatial::{Inertia, Rotation, Spatial, Vector};
 use super::tree::Tree;
@@ -13,6 +12,8 @@ use super::row::Rows;
 /// depend on the distance from the world's origin.
 #[derive(Clone, Debug)]
 pub struct TreeWork<N> {
+    /// Coordinates that are placed; empty before.
+    pub(super) placed: Vec<N>,
     /// Reference point [m, world].
     pub(super) origin: Vector<N>,
     /// Origins of links [m, world axes, from the reference point].
@@ -32,8 +33,6 @@ pub struct TreeWork<N> {
     pub(super) matrix: Vec<N>,
     /// Diagonal D of the factor, with armature and implicit terms.
     pub(super) pivots: Vec<N>,
-    /// Pivots before the implicit terms.
-    pub(super) bare: Vec<N>,
     /// √D and 1/√D.
     pub(super) root: Vec<N>,
     pub(super) root_inverse: Vec<N>,
@@ -41,8 +40,6 @@ pub struct TreeWork<N> {
     pub(super) theta: Vec<N>,
     /// Generalized forces of the last computation.
     pub(super) tau: Vec<N>,
-    /// Forces of links for the geometric stiffness.
-    pub(super) loads: Vec<Load<N>>,
     /// Least pivots of the next factor.
     pub(super) floor: Vec<N>,
     pub(super) rows: Rows<N>,
@@ -72,6 +69,7 @@ impl<N: Number> TreeWork<N> {
         let rates = || vec![zero; dofs];
         let coordinates = || vec![zero; tree.q_count];
         Self {
+            placed: Vec::with_capacity(tree.q_count),
             origin: Vector::zero(),
             position: vec![Vector::zero(); links],
             rotation: vec![Rotation::identity(); links],
@@ -84,12 +82,10 @@ impl<N: Number> TreeWork<N> {
             force: vec![Spatial::zero(); links],
             matrix: vec![zero; tree.path.len()],
             pivots: rates(),
-            bare: rates(),
             root: rates(),
             root_inverse: rates(),
             theta: rates(),
             tau: rates(),
-            loads: vec![Load::zero(); links],
             floor: rates(),
             rows: Rows::new(),
             buffers: Buffers {

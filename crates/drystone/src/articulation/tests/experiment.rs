@@ -46,9 +46,8 @@ fn experiment() {
     let n: u64 = std::env::var("N").ok().and_then(|s| s.parse().ok()).unwrap_or(60);
     let kept = TreeStepConfig::default();
     let plain = TreeStepConfig { keep_energy: false, keep_momentum: false, ..kept };
-    let none = TreeStepConfig { geometric: false, ..plain };
-    let kept_none = TreeStepConfig { geometric: false, ..kept };
-    let _ = (plain, none, kept_none);
+    
+    let _ = plain;
     for hz in [30.0, 60.0, 240.0, 1000.0] {
         for (name, c) in [("kept", &kept)] {
             run(&format!("bare {name}"), &BARE, c, hz, n, 1.0, 1.0);
@@ -71,5 +70,24 @@ fn experiment() {
             let e = total(&tree, &s, &mut w);
             println!("{i}: E {e:.4} E-rec {:.4} K {:.4} Vg {:.4} S {:.4} rec {:.4} rows {}", e - rec, tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w), tree.spring_energy(&s.q), rep.recovery_work, w.rows.rows.len());
         }
+    }
+}
+
+#[test]
+fn variants() {
+    for (name, c) in [
+        ("2 iterations", TreeStepConfig { iterations: 2, ..Default::default() }),
+        ("3 iterations", TreeStepConfig { iterations: 3, ..Default::default() }),
+        ("no energy", TreeStepConfig { keep_energy: false, keep_momentum: false, ..Default::default() }),
+        ("2 iterations turn 0.1", TreeStepConfig { iterations: 2, substep_turn: 0.1, ..Default::default() }),
+        ("turn 0.1", TreeStepConfig { substep_turn: 0.1, ..Default::default() }),
+        ("turn 0.05", TreeStepConfig { substep_turn: 0.05, ..Default::default() }),
+    ] {
+        print!("{name}: ");
+        for m in super::mujoco::references().iter().filter(|m| m.name.ends_with("-free")) {
+            let e = [0.01, 0.002].map(|h| super::mujoco::swing_with(m, h, &c).0.to_degrees());
+            print!("{} {:.3}/{:.4}; ", m.name, e[0], e[1]);
+        }
+        println!();
     }
 }

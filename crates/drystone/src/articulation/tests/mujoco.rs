@@ -160,6 +160,10 @@ fn kinematics_dynamics_and_jacobians_are_those_of_mujoco() {
 /// The largest angle by which links differ after half a second from MuJoCo at 0.1 ms, and from
 /// their start [rad].
 fn swing(model: &Reference, h: f64) -> (f64, f64) {
+    swing_with(model, h, &TreeStepConfig::default())
+}
+
+pub(super) fn swing_with(model: &Reference, h: f64, config: &TreeStepConfig) -> (f64, f64) {
     let &[passive, drive, ref last @ ..] = model.all("swing")[0] else { panic!("no swing") };
     let mut def = model.def.clone();
     if passive == 0.0 {
@@ -176,7 +180,7 @@ fn swing(model: &Reference, h: f64) -> (f64, f64) {
         (0..tree.v_count()).map(|i| if i % 2 == 0 { drive } else { -drive }).collect();
     let mut steps = 0.5 / h;
     while steps > 0.5 {
-        tree.step(&mut state, &tau, h, &TreeStepConfig::default(), &mut work);
+        tree.step(&mut state, &tau, h, config, &mut work);
         steps -= 1.0;
     }
     let turned = |q: &[f64], work: &mut TreeWork<f64>| {
