@@ -17,7 +17,7 @@
 
 use super::gather::Moment;
 use super::number::Number;
-use super::spatial::{Spatial, Vector};
+use super::spatial::{Rotation, Spatial, Vector};
 use super::tree::Tree;
 use super::work::TreeWork;
 
@@ -217,16 +217,20 @@ impl<N: Number> Tree<N> {
         state.v.copy_from_slice(&buffers.v);
         self.place(&state.q, work);
         let (lifted, mut recovered) = self.recover(state, h, config, work, &mut buffers);
+        // Springs of balls do not follow their rotation exactly: their energy is the judge.
+        let whole = before.energy + springs + others;
+        let left = whole + recovered - self.spring_energy(&state.q);
         let mut goal = Goal {
-            energy: before.energy + done + lifted,
+            energy: (before.energy + done + lifted).lesser(left),
             momentum,
             origin,
             center: before.center,
             linear: (before.momentum.linear + momentum.linear) * half,
-            whole: before.energy + springs + others,
+            whole,
         };
         self.track(state, &goal, config, work);
         if config.keep_energy {
+            self.align(state, &goal, config, work);
             let held = self.hold_back(state, &goal, h, config, work, &mut buffers);
             // A motion that was shortened has stretched springs less, and has not closed gaps.
             let rest = goal.whole - self.spring_energy(&state.q);
@@ -280,6 +284,62 @@ impl<N: Number> Tree<N> {
 
     fn conserves_momentum(&self) -> bool {
         self.floats() && !N::zero().any_less(self.dofs[0].armature)
+    }
+
+    /// Turns a floating tree about its center of mass to where its locked motion has the energy that
+    /// is left: at a given angular momentum, that energy depends on the direction. A lone body so
+    /// keeps its energy; a tree at least does not need more than there is.
+    fn align(
+        &self,
+        state: &mut TreeState<N>,
+        goal: &Goal<N>,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) {
+        if !(self.conserves_momentum() && config.keep_momentum) {
+            return;
+        }
+        let (zero, one, half) = (N::zero(), N::one(), N::splat(0.5));
+        let alone = self.dofs.len() == 6;
+        // Newton's method on an energy that is quadratic in the turn: two rounds suffice.
+        for _ in 0..3 {
+            let momentum = about(goal.momentum, work.origin - goal.origin);
+            let whole = self.whole(work);
+            let locked = whole.velocity_of(momentum);
+            let need = self.gravity_energy(work) + half * locked.dot(momentum);
+            let scale = need.abs() + goal.energy.abs();
+            let excess = need - goal.energy;
+            let size = if alone { excess.abs() } else { excess };
+            let least = N::splat(8.0 * N::EPSILON) * scale;
+            if !least.any_less(size) {
+                return;
+            }
+            let center = whole.moment * (one / whole.mass);
+            let spin = momentum.angular - center.cross(momentum.linear);
+            // dE = turn · (ω × L)
+            let slope = locked.angular.cross(spin);
+            let steep = slope.dot(slope);
+            let safe = zero.if_less(steep, steep, one);
+            let by = slope * zero.if_less(steep, -(excess / safe), zero);
+            let length = by.length();
+            let most = N::splat(0.1);
+            let shrink = most.if_less(length, most / most.greater(length), one);
+            let by = by * least.if_less(size, shrink, zero);
+            let turn = Rotation::from_vector(by);
+            let moved = center - turn.rotate(center);
+            let turned = turn.times(work.rotation[0]).normalized();
+            let changes = zero.if_less(length, one, zero);
+            let changes = least.if_less(size, changes, zero);
+            for k in 0..3 {
+                let shifted = state.q[k] + moved.0[k];
+                state.q[k] = zero.if_less(changes, shifted, state.q[k]);
+            }
+            for k in 0..4 {
+                state.q[3 + k] = zero.if_less(changes, turned.0[k], state.q[3 + k]);
+            }
+            // The base moves with the turn; the rates of its joints stay.
+            self.place(&state.q, work);
+        }
     }
 
     /// Shortens the motion of a step that would need more energy than there is. Gives more than 0 in

@@ -91,3 +91,22 @@ fn variants() {
         println!();
     }
 }
+
+#[test]
+fn euler_variants() {
+    let link = LinkDef::floating().with_mass(2.0, [0.1, -0.2, 0.05], [0.02, 0.05, 0.06, 0.0, 0.0, 0.0]);
+    let tree = Tree::new(&TreeDef { links: vec![link], ..TreeDef::default() }, [0.0; 3]).unwrap();
+    let i = [0.02, 0.05, 0.06];
+    let mut w = [0.3, 4.0, 0.2];
+    let f = |w: [f64; 3]| -> [f64; 3] { std::array::from_fn(|a| (i[(a + 1) % 3] - i[(a + 2) % 3]) * w[(a + 1) % 3] * w[(a + 2) % 3] / i[a]) };
+    let h = 1e-4;
+    for _ in 0..20000 { let a = f(w); let m: [f64; 3] = std::array::from_fn(|k| w[k] + 0.5 * h * a[k]); let b = f(m); for k in 0..3 { w[k] += h * b[k]; } }
+    for (name, c) in [("default", TreeStepConfig::default()), ("plain", TreeStepConfig { keep_energy: false, keep_momentum: false, ..Default::default() }), ("mom", TreeStepConfig { keep_energy: false, ..Default::default() })] {
+        for n in [1000, 2000, 4000] {
+            let mut s = TreeState::new(&tree); s.v[3..].copy_from_slice(&[0.3, 4.0, 0.2]);
+            let mut work = TreeWork::new(&tree);
+            for _ in 0..n { tree.step(&mut s, &[0.0; 6], 2.0 / n as f64, &c, &mut work); }
+            println!("EU {name} {n}: {:?} exact {w:?}", &s.v[3..]);
+        }
+    }
+}

@@ -1,5 +1,8 @@
 //! Tests of trees.
 
 mod trees;
+mod closed_forms;
+mod definitions;
 mod experiment;
+mod identities;
 mod mujoco;
