@@ -48,6 +48,8 @@ pub(super) struct Row<N> {
     pub(super) gap: N,
     /// Whether the position pass corrects the gap.
     pub(super) corrects: bool,
+    /// Whether it may store energy, as a spring.
+    pub(super) soft: bool,
 }
 
 /// All rows of a set of trees and bodies.
@@ -90,6 +92,7 @@ impl<N: Number> Rows<N> {
             impulse: N::zero(),
             gap: N::zero(),
             corrects: false,
+            soft: false,
         });
         &mut self.rows[index]
     }
@@ -121,6 +124,13 @@ impl<N: Number> Rows<N> {
                 *y = N::zero().if_less(step.abs(), *y + step, *y);
             }
         }
+    }
+
+    /// Work of the rows that store no energy at the whitened velocities `y`. It is at most 0 but for
+    /// sweeps that have not converged.
+    pub(super) fn rigid_work(&self, y: &[N]) -> N {
+        let rigid = self.rows.iter().filter(|row| !row.soft);
+        rigid.fold(N::zero(), |sum, row| sum + row.impulse * self.velocity(row, y))
     }
 
     /// One sweep of projected Gauss-Seidel over the whitened velocities.
@@ -197,6 +207,7 @@ impl<N: Number> Row<N> {
     pub(super) fn soften(&mut self, compliance: N) {
         let square = inverse(self.mass);
         self.compliance = compliance;
+        self.soft = true;
         self.mass = inverse(square + compliance);
     }
 

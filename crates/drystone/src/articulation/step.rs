@@ -211,7 +211,16 @@ impl<N: Number> Tree<N> {
             buffers.v_middle[dof] = p.lesser(q);
         }
         let done = buffers.v_middle.iter().fold(N::zero(), |sum, &part| sum + part);
-        let others = self.work_without_springs(h, work, &buffers);
+        let mut excess = N::zero();
+        if !work.rows.rows.is_empty() {
+            for dof in 0..self.dofs.len() {
+                buffers.row[dof] = (buffers.v_start[dof] + buffers.v[dof]) * N::splat(0.5);
+            }
+            self.whiten_velocity(work, &buffers.row, &mut buffers.whitened);
+            excess = work.rows.rigid_work(&buffers.whitened).greater(N::zero());
+        }
+        let done = done - excess;
+        let others = self.work_without_springs(h, work, &buffers) - excess;
         let springs = self.spring_energy(&buffers.q_start);
         self.advance(&mut state.q, &buffers.change, half);
         state.v.copy_from_slice(&buffers.v);

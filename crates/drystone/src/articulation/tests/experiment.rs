@@ -54,21 +54,29 @@ fn experiment() {
             run(&format!("full {name}"), &full, c, hz, n, 1.0, 1.0);
         }
     }
-    if let Some(seed) = std::env::var("SEED").ok().and_then(|s| s.parse::<u64>().ok()) {
-        let hz = 30.0;
+}
+
+#[test]
+fn single() {
+    let full = Kind { armature: true, damping: true, springs: true, limits: true, friction: false, ..BARE };
+    let kept = TreeStepConfig::default();
+    for (kind, seed, hz) in [(&BARE, 162, 30.0), (&full, 164, 30.0), (&full, 115, 60.0), (&full, 19, 240.0)] {
         let mut r = Random::new(seed);
-        let (def, q, v) = random_tree(&mut r, &full);
+        let (def, q, v) = random_tree(&mut r, kind);
         let tree = Tree::new(&def, GRAVITY).unwrap();
         let mut w = TreeWork::new(&tree);
         let mut s = TreeState { q, v };
         let tau = vec![0.0; tree.v_count()];
-        println!("links {} dofs {} floats {}", tree.link_count(), tree.v_count(), tree.floats());
-        let mut rec = 0.0;
-        for i in 0..30 {
+        println!("SI seed {seed} links {} dofs {} floats {}", tree.link_count(), tree.v_count(), tree.floats());
+        let mut last = total(&tree, &s, &mut w);
+        let mut top = last;
+        println!("SI start E {last:.5} K {:.5} V {:.5}", tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w));
+        for i in 0..hz as usize {
+            let old = s.clone();
             let rep = tree.step(&mut s, &tau, 1.0 / hz, &kept, &mut w);
-            rec += rep.recovery_work;
-            let e = total(&tree, &s, &mut w);
-            println!("{i}: E {e:.4} E-rec {:.4} K {:.4} Vg {:.4} S {:.4} rec {:.4} rows {}", e - rec, tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w), tree.spring_energy(&s.q), rep.recovery_work, w.rows.rows.len());
+            let e = total(&tree, &s, &mut w) - rep.recovery_work;
+            if e > last + 1e-4 * last.abs() { println!("SI {i}: E {last:.5} -> {e:.5} K {:.5} V {:.5} S {:.5} -> {:.5} rec {:.6} rows {}", tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w), tree.spring_energy(&old.q), tree.spring_energy(&s.q), rep.recovery_work, w.rows.rows.len()); }
+            last = e + rep.recovery_work; top = top.max(last);
         }
     }
 }
