@@ -30,6 +30,9 @@ pub struct TreeStepConfig {
     pub sweeps: usize,
     /// Speed at which limits and closures that start violated close \[rad/s or m/s\]; default 1.
     pub recovery_speed: f64,
+    /// Whether closing a violated limit or closure costs kinetic energy: then even this work gives
+    /// a passive tree no energy, but a tree without inner motion closes no limit. Default false.
+    pub pays_recovery: bool,
     /// Whether a step keeps the energy that the forces leave; default true.
     pub keep_energy: bool,
     /// Whether a step of a floating tree keeps its momentum; default true.
@@ -46,6 +49,7 @@ impl Default for TreeStepConfig {
             iterations: 3,
             sweeps: 10,
             recovery_speed: 1.0,
+            pays_recovery: false,
             keep_energy: true,
             keep_momentum: true,
             substep_turn: 0.25,
@@ -189,11 +193,16 @@ impl<N: Number> Tree<N> {
         self.factor_step(work, h);
         self.find_velocities(state, tau, h, config, work, &mut buffers);
         let momentum = self.sum_impulses(tau, h, work, &mut buffers);
-        let middle = self.whole(work);
-        let gravity = Spatial {
-            angular: middle.moment.cross(self.gravity),
-            linear: self.gravity * middle.mass,
+        // Gravity acts at the center of mass halfway of its fall, where the placed links have it up
+        // to the square of the step.
+        let (mass, placed) = self.center_of_mass(work);
+        let arm = if self.conserves_momentum() {
+            before.center + before.momentum.linear * (half / mass) - work.origin
+        } else {
+            placed - work.origin
         };
+        let weight = self.gravity * mass;
+        let gravity = Spatial { angular: arm.cross(weight), linear: weight };
         // Momentum about the middle's reference point, plus impulses there.
         let momentum =
             about(before.momentum, work.origin - before.origin) + gravity * h + momentum;
@@ -225,7 +234,10 @@ impl<N: Number> Tree<N> {
         self.advance(&mut state.q, &buffers.change, half);
         state.v.copy_from_slice(&buffers.v);
         self.place(&state.q, work);
-        let (lifted, mut recovered) = self.recover(state, h, config, work, &mut buffers);
+        let (mut lifted, mut recovered) = self.recover(state, h, config, work, &mut buffers);
+        if config.pays_recovery {
+            (lifted, recovered) = (N::zero(), N::zero());
+        }
         // Springs of balls do not follow their rotation exactly: their energy is the judge.
         let whole = before.energy + springs + others;
         let left = whole + recovered - self.spring_energy(&state.q);
@@ -310,8 +322,8 @@ impl<N: Number> Tree<N> {
         }
         let (zero, one, half) = (N::zero(), N::one(), N::splat(0.5));
         let alone = self.dofs.len() == 6;
-        // Newton's method on an energy that is quadratic in the turn: two rounds suffice.
-        for _ in 0..3 {
+        // Newton's method on an energy that is nearly quadratic in the turn.
+        for _ in 0..6 {
             let momentum = about(goal.momentum, work.origin - goal.origin);
             let whole = self.whole(work);
             let locked = whole.velocity_of(momentum);

@@ -75,7 +75,7 @@ fn single() {
             let old = s.clone();
             let rep = tree.step(&mut s, &tau, 1.0 / hz, &kept, &mut w);
             let e = total(&tree, &s, &mut w) - rep.recovery_work;
-            if e > last + 1e-4 * last.abs() { println!("SI {i}: E {last:.5} -> {e:.5} K {:.5} V {:.5} S {:.5} -> {:.5} rec {:.6} rows {}", tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w), tree.spring_energy(&old.q), tree.spring_energy(&s.q), rep.recovery_work, w.rows.rows.len()); }
+            if e > last + 1e-6 * last.abs() { println!("SI {i}: E {last:.5} -> {e:.5} K {:.5} V {:.5} S {:.5} -> {:.5} rec {:.6} rows {}", tree.kinetic_energy(&s.v, &w), tree.gravity_energy(&w), tree.spring_energy(&old.q), tree.spring_energy(&s.q), rep.recovery_work, w.rows.rows.len()); }
             last = e + rep.recovery_work; top = top.max(last);
         }
     }

@@ -5,4 +5,7 @@ mod closed_forms;
 mod definitions;
 mod experiment;
 mod identities;
+mod lanes;
 mod mujoco;
+mod passive;
+mod rows;
