@@ -251,8 +251,11 @@ impl<N: Number> Tree<N> {
         };
         self.track(state, &goal, config, work);
         if config.keep_energy {
-            self.align(state, &goal, config, work);
+            self.align(state, &goal, N::one(), config, work);
             let held = self.hold_back(state, &goal, h, config, work, &mut buffers);
+            if N::zero().any_less(held) {
+                self.align(state, &goal, held, config, work);
+            }
             // A motion that was shortened has stretched springs less, and has not closed gaps.
             let rest = goal.whole - self.spring_energy(&state.q);
             goal.energy = N::zero().if_less(held, rest, goal.energy);
@@ -309,11 +312,12 @@ impl<N: Number> Tree<N> {
 
     /// Turns a floating tree about its center of mass to where its locked motion has the energy that
     /// is left: at a given angular momentum, that energy depends on the direction. A lone body so
-    /// keeps its energy; a tree at least does not need more than there is.
+    /// keeps its energy; a tree at least does not need more than there is. Only lanes above 0 turn.
     fn align(
         &self,
         state: &mut TreeState<N>,
         goal: &Goal<N>,
+        lanes: N,
         config: &TreeStepConfig,
         work: &mut TreeWork<N>,
     ) {
@@ -323,7 +327,7 @@ impl<N: Number> Tree<N> {
         let (zero, one, half) = (N::zero(), N::one(), N::splat(0.5));
         let alone = self.dofs.len() == 6;
         // Newton's method on an energy that is nearly quadratic in the turn.
-        for _ in 0..6 {
+        for _ in 0..12 {
             let momentum = about(goal.momentum, work.origin - goal.origin);
             let whole = self.whole(work);
             let locked = whole.velocity_of(momentum);
@@ -331,6 +335,7 @@ impl<N: Number> Tree<N> {
             let scale = need.abs() + goal.energy.abs();
             let excess = need - goal.energy;
             let size = if alone { excess.abs() } else { excess };
+            let size = zero.if_less(lanes, size, zero);
             let least = N::splat(8.0 * N::EPSILON) * scale;
             if !least.any_less(size) {
                 return;

@@ -3,7 +3,6 @@
 mod trees;
 mod closed_forms;
 mod definitions;
-mod experiment;
 mod identities;
 mod lanes;
 mod mujoco;

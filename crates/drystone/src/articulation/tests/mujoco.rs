@@ -158,12 +158,9 @@ fn kinematics_dynamics_and_jacobians_are_those_of_mujoco() {
 }
 
 /// The largest angle by which links differ after half a second from MuJoCo at 0.1 ms, and from
-/// their start [rad].
-fn swing(model: &Reference, h: f64) -> (f64, f64) {
-    swing_with(model, h, &TreeStepConfig::default())
-}
-
-pub(super) fn swing_with(model: &Reference, h: f64, config: &TreeStepConfig) -> (f64, f64) {
+/// their start [°].
+/// Also the change of energy, as a part of the largest kinetic energy.
+fn swing(model: &Reference, h: f64) -> (f64, f64, f64) {
     let &[passive, drive, ref last @ ..] = model.all("swing")[0] else { panic!("no swing") };
     let mut def = model.def.clone();
     if passive == 0.0 {
@@ -178,11 +175,20 @@ pub(super) fn swing_with(model: &Reference, h: f64, config: &TreeStepConfig) -> 
     let mut state = TreeState::new(&tree);
     let tau: Vec<f64> =
         (0..tree.v_count()).map(|i| if i % 2 == 0 { drive } else { -drive }).collect();
-    let mut steps = 0.5 / h;
+    let energies = |state: &TreeState<f64>, work: &mut TreeWork<f64>| {
+        tree.place(&state.q, work);
+        tree.move_links(&state.v, work);
+        (tree.kinetic_energy(&state.v, work), tree.gravity_energy(work))
+    };
+    let start_energy = energies(&state, &mut work).1;
+    let (mut steps, mut most_kinetic) = (0.5 / h, 0.0_f64);
     while steps > 0.5 {
-        tree.step(&mut state, &tau, h, config, &mut work);
+        tree.step(&mut state, &tau, h, &TreeStepConfig::default(), &mut work);
+        most_kinetic = most_kinetic.max(energies(&state, &mut work).0);
         steps -= 1.0;
     }
+    let (kinetic, potential) = energies(&state, &mut work);
+    let gained = (kinetic + potential - start_energy) / most_kinetic;
     let turned = |q: &[f64], work: &mut TreeWork<f64>| {
         tree.place(q, work);
         (0..tree.link_count()).map(|i| tree.pose(i, work).unwrap().1).collect::<Vec<_>>()
@@ -194,13 +200,35 @@ pub(super) fn swing_with(model: &Reference, h: f64, config: &TreeStepConfig) -> 
         let angles = a.iter().zip(&theirs).map(|(a, b)| a.times(b.inverse()).vector().length());
         angles.fold(0.0, f64::max)
     };
-    (most(&ours), most(&start))
+    (most(&ours).to_degrees(), most(&start).to_degrees(), gained)
 }
 
+/// Errors are about those of a second-order step, the square of rate times step; chains of balls
+/// are chaotic. MuJoCo's own Euler has 7° for the humanoid, 35° for balls, both at 2 ms.
 #[test]
 fn swings_end_where_mujoco_ends_with_steps_of_a_tenth_of_a_millisecond() {
+    let mut swings = 0;
     for model in references().iter().filter(|model| !model.all("swing").is_empty()) {
-        let errors = [0.01, 0.002, 0.001].map(|h| swing(model, h).0.to_degrees());
-        println!("{} turns {:.1}: {errors:.5?}", model.name, swing(model, 0.01).1.to_degrees());
+        swings += 1;
+        let name = &model.name;
+        let (coarse, turned, _) = swing(model, 0.01);
+        let (error, _, gained) = swing(model, 0.002);
+        let (fine, _, _) = swing(model, 0.001);
+        assert!(turned > 1.0, "{name} {turned}");
+        let most = if name.starts_with("balls") { 0.5 } else { 0.1 };
+        assert!(error < most, "{name} is off by {error}° of {turned}° at 2 ms");
+        let ratio = error / fine;
+        // Dampers that stop a light link within a step are not yet in the range of the order.
+        let least = if name.ends_with("free") { 3.0 } else { 2.0 };
+        assert!(fine < 1.0e-3 || (least..5.0).contains(&ratio), "{name}: {error}° {fine}°");
+        if ["ant", "cheetah", "hopper", "walker"].iter().any(|start| name.starts_with(start))
+            || name == "humanoid-damped"
+        {
+            assert!(coarse < 0.5, "{name} is off by {coarse}° at 10 ms");
+        }
+        if name.ends_with("free") {
+            assert!(gained.abs() < 1.0e-9, "{name} changes its energy by {gained:e}");
+        }
     }
+    assert_eq!(swings, 22);
 }
