@@ -67,11 +67,8 @@ impl<N: Number> ArticulatedWork<N> {
     /// Memory for a tree.
     #[must_use]
     pub fn new(tree: &Tree<N>) -> Self {
-        let none = Articulated {
-            a: Symmetric::zero(),
-            b: [Vector::zero(); 3],
-            c: Symmetric::zero(),
-        };
+        let none =
+            Articulated { a: Symmetric::zero(), b: [Vector::zero(); 3], c: Symmetric::zero() };
         let (links, dofs) = (tree.links.len(), tree.dofs.len());
         Self {
             inertia: vec![none; links],

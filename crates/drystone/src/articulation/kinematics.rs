@@ -58,8 +58,7 @@ impl<N: Number> Tree<N> {
         work.placed.clear();
         work.placed.extend_from_slice(q);
         let floats = self.floats();
-        work.origin =
-            if floats { Vector([q[0], q[1], q[2]]) } else { self.links[0].position };
+        work.origin = if floats { Vector([q[0], q[1], q[2]]) } else { self.links[0].position };
         for (i, link) in self.links.iter().enumerate() {
             let (mut position, mut rotation) = match link.parent {
                 None => (Vector::zero(), link.rotation),
@@ -75,7 +74,8 @@ impl<N: Number> Tree<N> {
             work.position[i] = position;
             work.rotation[i] = rotation;
             let matrix = rotation.columns();
-            let turned = |v: Vector<N>| matrix[0] * v.0[0] + matrix[1] * v.0[1] + matrix[2] * v.0[2];
+            let turned =
+                |v: Vector<N>| matrix[0] * v.0[0] + matrix[1] * v.0[1] + matrix[2] * v.0[2];
             let center = position + turned(link.center);
             work.inertia[i] = Inertia::new(link.mass, center, link.columns.map(turned));
         }
@@ -200,8 +200,7 @@ impl<N: Number> Tree<N> {
     #[must_use]
     pub fn kinetic_energy(&self, v: &[N], work: &TreeWork<N>) -> N {
         let links = work.inertia.iter().zip(&work.velocity);
-        let moving =
-            links.fold(N::zero(), |sum, (inertia, &u)| sum + inertia.times(u).dot(u));
+        let moving = links.fold(N::zero(), |sum, (inertia, &u)| sum + inertia.times(u).dot(u));
         let rotors = self.dofs.iter().zip(v);
         let all = rotors.fold(moving, |sum, (dof, &rate)| sum + dof.armature * rate * rate);
         all * N::splat(0.5)

@@ -29,6 +29,7 @@ pub(super) enum Bound<N> {
     /// Between minus and plus this impulse.
     Box(N),
     /// Between minus and plus a coefficient times the impulse of the row with this index.
+    #[cfg_attr(not(test), expect(dead_code, reason = "contacts come with the solver"))]
     Friction(usize, N),
 }
 

@@ -2,9 +2,8 @@
 
 use core::ops::Range;
 
-use super::def::{
-    self, RowSoftness, TreeDef, TreeError, TreeJointKind, TreeLoop, TreeTendon,
-};
+use super::check;
+use super::def::{self, RowSoftness, TreeDef, TreeError, TreeJointKind, TreeLoop, TreeTendon};
 use super::number::Number;
 use super::spatial::{Rotation, Vector};
 use super::work::TreeWork;
@@ -94,7 +93,7 @@ impl Tree<f64> {
     /// A number that is not finite or out of range, a cycle, an impossible inertia, or a joint that
     /// moves no inertia and has no armature.
     pub fn new(def: &TreeDef, gravity: [f64; 3]) -> Result<Self, TreeError> {
-        def::check(def)?;
+        check::check(def)?;
         if !gravity.iter().all(|g| g.abs() <= 1.0e6) {
             return Err(TreeError::new("gravity", format!("{gravity:?}"), "-1e6 to 1e6"));
         }
@@ -148,7 +147,7 @@ impl Tree<f64> {
         for joint in &def.joints {
             self.add_joint(index, joint, &mut parent_dof, def.position, rotation);
         }
-        let columns = def::factor(def.inertia).unwrap_or_default().map(Vector);
+        let columns = check::factor(def.inertia).unwrap_or_default().map(Vector);
         self.links.push(Link {
             parent: def.parent,
             position: Vector(def.position),
@@ -221,7 +220,8 @@ impl Tree<f64> {
         let mut work = TreeWork::new(self);
         self.place(&self.q_reference, &mut work);
         self.fill_mass_matrix(&mut work);
-        let diagonal: Vec<f64> = (0..self.dofs.len()).map(|dof| work.matrix[self.rows[dof]]).collect();
+        let diagonal: Vec<f64> =
+            (0..self.dofs.len()).map(|dof| work.matrix[self.rows[dof]]).collect();
         self.factor(&mut work, 0.0);
         for (dof, whole) in diagonal.into_iter().enumerate() {
             let pivot = work.pivots[dof];

@@ -2,9 +2,9 @@
 //! once; nothing in it outlives a call as state.
 
 use super::number::Number;
+use super::row::Rows;
 use super::spatial::{Inertia, Rotation, Spatial, Vector};
 use super::tree::Tree;
-use super::row::Rows;
 
 /// Results and scratch memory of one tree.
 ///

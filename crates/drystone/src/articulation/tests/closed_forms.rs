@@ -1,8 +1,6 @@
 //! Motions with a known solution: pendulums, tops, free bodies.
 
-use crate::articulation::{
-    LinkDef, Tree, TreeDef, TreeJoint, TreeState, TreeStepConfig, TreeWork,
-};
+use crate::articulation::{LinkDef, Tree, TreeDef, TreeJoint, TreeState, TreeStepConfig, TreeWork};
 
 use super::trees::GRAVITY;
 
@@ -53,8 +51,7 @@ fn pendulum_returns_after_its_period_and_the_step_is_of_second_order() {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }
     let inertia = mass * length * length / 3.0;
-    let period =
-        core::f64::consts::TAU * (inertia / (mass * 9.81 * 0.5 * length)).sqrt() / a;
+    let period = core::f64::consts::TAU * (inertia / (mass * 9.81 * 0.5 * length)).sqrt() / a;
     // The speed at a quarter of the period is that of the whole fall.
     let speed = (2.0 * mass * 9.81 * 0.5 * length * (1.0 - f64::cos(start)) / inertia).sqrt();
     let error = |steps: usize| {
@@ -109,11 +106,8 @@ fn double_pendulum_moves_as_its_equations_in_absolute_angles() {
 
 /// A floating body with three different moments.
 fn brick() -> Tree<f64> {
-    let link = LinkDef::floating().with_mass(
-        2.0,
-        [0.1, -0.2, 0.05],
-        [0.02, 0.05, 0.06, 0.0, 0.0, 0.0],
-    );
+    let link =
+        LinkDef::floating().with_mass(2.0, [0.1, -0.2, 0.05], [0.02, 0.05, 0.06, 0.0, 0.0, 0.0]);
     Tree::new(&TreeDef { links: vec![link], ..TreeDef::default() }, [0.0; 3]).unwrap()
 }
 

@@ -8,8 +8,7 @@ use super::trees::GRAVITY;
 
 fn two() -> TreeDef {
     let hinge = || TreeJoint::hinge([0.0, 1.0, 0.0]);
-    let links =
-        vec![LinkDef::on(None).with_joint(hinge()), LinkDef::on(0).with_joint(hinge())];
+    let links = vec![LinkDef::on(None).with_joint(hinge()), LinkDef::on(0).with_joint(hinge())];
     TreeDef { links, ..TreeDef::default() }
 }
 

@@ -1,8 +1,6 @@
 //! A tree in a lane has the bits of the tree alone, and bits repeat.
 
-use crate::articulation::{
-    Lanes, Number, Tree, TreeState, TreeStepConfig, TreeWork,
-};
+use crate::articulation::{Lanes, Number, Tree, TreeState, TreeStepConfig, TreeWork};
 use crate::base::random::Random;
 
 use super::trees::{BARE, GRAVITY, Kind, between, random_tree};
@@ -19,7 +17,6 @@ where
         springs: true,
         limits: true,
         friction: true,
-        ..BARE
     };
     let mut random = Random::new(seed);
     let (def, q, v) = random_tree(&mut random, &kind);
@@ -44,9 +41,8 @@ where
     let pick = |list: &[Lanes<T, 8>], lane: usize| {
         list.iter().map(|x| T::splat(x.lane(lane))).collect::<Vec<T>>()
     };
-    let mut lone: Vec<TreeState<T>> = (0..8)
-        .map(|lane| TreeState { q: pick(&state.q, lane), v: pick(&state.v, lane) })
-        .collect();
+    let mut lone: Vec<TreeState<T>> =
+        (0..8).map(|lane| TreeState { q: pick(&state.q, lane), v: pick(&state.v, lane) }).collect();
     let config = TreeStepConfig::default();
     let mut work = TreeWork::new(&wide);
     let mut own = TreeWork::new(&alone);

@@ -85,9 +85,11 @@ fn dry_friction_holds_below_its_force_and_takes_it_from_more() {
 #[test]
 fn damping_beyond_the_step_gives_the_terminal_speed() {
     // A damping time of 2.5e-5 s at a step of 1/60 s.
-    let light = LinkDef::on(None)
-        .with_joint(TreeJoint::hinge(Y).with_damping(1.0))
-        .with_mass(0.036, [0.0; 3], [2.5e-5, 2.5e-5, 2.5e-5, 0.0, 0.0, 0.0]);
+    let light = LinkDef::on(None).with_joint(TreeJoint::hinge(Y).with_damping(1.0)).with_mass(
+        0.036,
+        [0.0; 3],
+        [2.5e-5, 2.5e-5, 2.5e-5, 0.0, 0.0, 0.0],
+    );
     let tree = tree(vec![light]);
     for h in [1.0 / 60.0, 1.0 / 1000.0] {
         let mut state = TreeState::new(&tree);
@@ -100,10 +102,8 @@ fn damping_beyond_the_step_gives_the_terminal_speed() {
 
 #[test]
 fn coupled_joints_move_as_one_inertia() {
-    let links = vec![
-        wheel(None, TreeJoint::hinge(Y)),
-        wheel(Some(0), TreeJoint::hinge([0.0, 0.0, 1.0])),
-    ];
+    let links =
+        vec![wheel(None, TreeJoint::hinge(Y)), wheel(Some(0), TreeJoint::hinge([0.0, 0.0, 1.0]))];
     let coupling = TreeCoupling {
         follower: (1, 0),
         leader: Some((0, 0)),
@@ -145,10 +145,8 @@ fn coupling_follows_its_polynomial() {
 
 #[test]
 fn tendon_swings_its_joints_at_the_frequency_of_its_spring() {
-    let links = vec![
-        wheel(None, TreeJoint::hinge(Y)),
-        wheel(Some(0), TreeJoint::hinge([0.0, 0.0, 1.0])),
-    ];
+    let links =
+        vec![wheel(None, TreeJoint::hinge(Y)), wheel(Some(0), TreeJoint::hinge([0.0, 0.0, 1.0]))];
     let tendon = TreeTendon {
         terms: vec![((0, 0), 1.0), ((1, 0), -2.0)],
         range: None,
@@ -321,10 +319,8 @@ fn contact_of_a_tree_and_a_body_is_a_row_of_two_segments() {
     };
     let given = momentum(&v, &mut work) - momentum(&after, &mut work);
     assert!((given - thrown * ball).length() < 1.0e-12, "{given:?} {thrown:?}");
-    let tip_velocity = tree
-        .point_velocity(1, Vector([0.25, 0.0, 0.2]), &work)
-        .map(|s| s.linear)
-        .unwrap();
+    let tip_velocity =
+        tree.point_velocity(1, Vector([0.25, 0.0, 0.2]), &work).map(|s| s.linear).unwrap();
     assert!((thrown - tip_velocity).dot(normal).abs() < 1.0e-9);
     // Friction is at its bound or stops the sliding.
     let side = |k: usize| (rows.rows[k].impulse.abs() - 0.2 * rows.rows[0].impulse).abs();

@@ -1,6 +1,6 @@
 //! Trees for tests: chains, robots, and random ones.
 
-use crate::articulation::{LinkDef, TreeDef, TreeJoint, TreeState, Tree};
+use crate::articulation::{LinkDef, Tree, TreeDef, TreeJoint, TreeState};
 use crate::base::random::Random;
 
 pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -24,6 +24,7 @@ pub(super) fn vector(random: &mut Random) -> [f64; 3] {
 
 /// Which forces a random tree has.
 #[derive(Clone, Copy)]
+#[expect(clippy::struct_excessive_bools, reason = "each force is there or not")]
 pub(super) struct Kind {
     pub(super) links: [usize; 2],
     pub(super) armature: bool,
@@ -48,9 +49,7 @@ fn link(random: &mut Random, parent: Option<usize>, size: f64) -> LinkDef {
     let scale = mass * size * size * between(random, 0.02, 0.1);
     let moments: [f64; 3] = core::array::from_fn(|_| scale * between(random, 1.0, 2.0));
     let products: [f64; 3] = core::array::from_fn(|_| scale * between(random, -0.2, 0.2));
-    let inertia = [
-        moments[0], moments[1], moments[2], products[0], products[1], products[2],
-    ];
+    let inertia = [moments[0], moments[1], moments[2], products[0], products[1], products[2]];
     let center = vector(random).map(|x| 0.5 * size * x);
     let position = vector(random).map(|x| size * x);
     let rotation = core::array::from_fn(|_| between(random, -1.0, 1.0));
