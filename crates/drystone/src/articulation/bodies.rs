@@ -54,7 +54,7 @@ impl<N: Number> Articulated<N> {
 
 /// Memory of the algorithm.
 #[derive(Clone, Debug)]
-pub struct ArticulatedWork<N> {
+pub(crate) struct ArticulatedWork<N> {
     inertia: Vec<Articulated<N>>,
     bias: Vec<Spatial<N>>,
     /// I S of each degree of freedom, 1/(Sᵀ I S), and the force along it.
@@ -66,7 +66,7 @@ pub struct ArticulatedWork<N> {
 impl<N: Number> ArticulatedWork<N> {
     /// Memory for a tree.
     #[must_use]
-    pub fn new(tree: &Tree<N>) -> Self {
+    pub(crate) fn new(tree: &Tree<N>) -> Self {
         let none =
             Articulated { a: Symmetric::zero(), b: [Vector::zero(); 3], c: Symmetric::zero() };
         let (links, dofs) = (tree.links.len(), tree.dofs.len());
@@ -84,7 +84,7 @@ impl<N: Number> Tree<N> {
     /// The acceleration \[rad/s² or m/s²\] at generalized forces `tau` \[N m or N\], by articulated
     /// bodies; after [`Tree::move_links`]. `extra` is added to each degree of freedom's inertia,
     /// such as h d + h² k of an implicit step; armature is in it already.
-    pub fn accelerate(
+    pub(crate) fn accelerate(
         &self,
         tau: &[N],
         extra: &[N],

@@ -234,8 +234,9 @@ pub struct TreeCoupling {
     pub softness: RowSoftness,
 }
 
-/// A tendon over joints: its length is a weighted sum of coordinates.
-#[derive(Clone, Debug, PartialEq)]
+/// A tendon over joints: its length is a weighted sum of coordinates. By default it has no term and
+/// no force.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TreeTendon {
     /// Link and index of hinges and slides, with their weights.
     pub terms: Vec<((usize, usize), f64)>,
@@ -267,6 +268,26 @@ pub struct TreeLoop {
     pub rotation: Option<[f64; 4]>,
     /// Stiffness.
     pub softness: RowSoftness,
+}
+
+impl TreeLoop {
+    /// Holds a point of a link \[m, link a\] at a point of another, or of the world.
+    #[must_use]
+    pub const fn pin(
+        link_a: usize,
+        point_a: [f64; 3],
+        link_b: Option<usize>,
+        point_b: [f64; 3],
+    ) -> Self {
+        Self { link_a, link_b, point_a, point_b, rotation: None, softness: RowSoftness::Rigid }
+    }
+
+    /// Also holds the rotation of link b in link a.
+    #[must_use]
+    pub const fn with_rotation(mut self, rotation: [f64; 4]) -> Self {
+        self.rotation = Some(rotation);
+        self
+    }
 }
 
 /// A tree of links, and what else its joints obey.

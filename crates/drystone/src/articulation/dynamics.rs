@@ -13,7 +13,7 @@ use super::work::TreeWork;
 impl<N: Number> Tree<N> {
     /// Forces of gravity and of velocities that the joints must bear at no acceleration
     /// \[N m or N\], into `work`; after [`Tree::move_links`]. Armature adds nothing.
-    pub fn bias(&self, work: &mut TreeWork<N>) {
+    pub(crate) fn bias(&self, work: &mut TreeWork<N>) {
         let gravity = Spatial { angular: Vector::zero(), linear: -self.gravity };
         for (i, link) in self.links.iter().enumerate() {
             let above = link.parent.map_or(gravity, |p| work.acceleration[p]);
@@ -46,7 +46,7 @@ impl<N: Number> Tree<N> {
     /// Inverse dynamics: the generalized forces \[N m or N\] that give the acceleration `a` at
     /// coordinates `q` and velocities `v`. Springs, damping and friction of joints are not in it.
     /// The result stands in the returned slice.
-    pub fn inverse_dynamics<'a>(
+    pub(crate) fn inverse_dynamics<'a>(
         &self,
         q: &[N],
         v: &[N],
@@ -73,7 +73,7 @@ impl<N: Number> Tree<N> {
     }
 
     /// Forces that hold the tree still against gravity at coordinates `q` \[N m or N\].
-    pub fn gravity_compensation<'a>(&self, q: &[N], work: &'a mut TreeWork<N>) -> &'a [N] {
+    pub(crate) fn gravity_compensation<'a>(&self, q: &[N], work: &'a mut TreeWork<N>) -> &'a [N] {
         self.place(q, work);
         work.velocity.fill(Spatial::zero());
         work.drift.fill(Spatial::zero());
@@ -83,7 +83,7 @@ impl<N: Number> Tree<N> {
 
     /// Adds the generalized forces of a force \[N, world\] at a point of a link \[m, link\] and a
     /// moment \[N m, world\] on the link; after [`Tree::place`].
-    pub fn add_wrench(
+    pub(crate) fn add_wrench(
         &self,
         link: usize,
         point: Vector<N>,
@@ -128,7 +128,7 @@ impl<N: Number> Tree<N> {
     /// The mass matrix \[kg, kg m, kg m²\] in full, row by row, with armature; after
     /// [`Tree::place`].
     #[must_use]
-    pub fn mass_matrix(&self, work: &mut TreeWork<N>) -> Vec<N> {
+    pub(crate) fn mass_matrix(&self, work: &mut TreeWork<N>) -> Vec<N> {
         self.fill_mass_matrix(work);
         let count = self.dofs.len();
         let mut full = vec![N::zero(); count * count];
@@ -272,7 +272,7 @@ impl<N: Number> Tree<N> {
     /// Forward dynamics: the acceleration \[rad/s² or m/s²\] at coordinates `q`, velocities `v` and
     /// generalized forces `tau` \[N m or N\], with springs and damping, without limits, friction
     /// and other rows.
-    pub fn forward_dynamics(
+    pub(crate) fn forward_dynamics(
         &self,
         q: &[N],
         v: &[N],

@@ -15,7 +15,7 @@ impl<N: Number> Tree<N> {
     ///
     /// # Errors
     /// Names the first number that is wrong.
-    pub fn check_state(&self, q: &[N], v: &[N]) -> Result<(), TreeError> {
+    pub(crate) fn check_state(&self, q: &[N], v: &[N]) -> Result<(), TreeError> {
         for (name, given, count) in [("q", q, self.q_count), ("v", v, self.dofs.len())] {
             if given.len() != count {
                 let allowed = format!("{count} numbers");
@@ -41,7 +41,7 @@ impl<N: Number> Tree<N> {
     }
 
     /// Scales the quaternions in `q` to length 1.
-    pub fn normalize(&self, q: &mut [N]) {
+    pub(crate) fn normalize(&self, q: &mut [N]) {
         for at in self.joints.iter().filter_map(quaternion_of) {
             let unit = Rotation([q[at], q[at + 1], q[at + 2], q[at + 3]]).normalized();
             q[at..at + 4].copy_from_slice(&unit.0);
@@ -49,7 +49,7 @@ impl<N: Number> Tree<N> {
     }
 
     /// Forward kinematics: poses, axes and inertias of all links at the coordinates `q`.
-    pub fn place(&self, q: &[N], work: &mut TreeWork<N>) {
+    pub(crate) fn place(&self, q: &[N], work: &mut TreeWork<N>) {
         // A step begins where the last one ended, which is placed.
         let same = |(&a, &b): (&N, &N)| a.same_bits(b);
         if work.placed.len() == q.len() && work.placed.iter().zip(q).all(same) {
@@ -131,7 +131,7 @@ impl<N: Number> Tree<N> {
     }
 
     /// Velocities of all links, and their accelerations at constant `v`; after [`Tree::place`].
-    pub fn move_links(&self, v: &[N], work: &mut TreeWork<N>) {
+    pub(crate) fn move_links(&self, v: &[N], work: &mut TreeWork<N>) {
         for (i, link) in self.links.iter().enumerate() {
             let mut velocity = link.parent.map_or_else(Spatial::zero, |p| work.velocity[p]);
             let mut drift = Spatial::zero();
@@ -149,7 +149,7 @@ impl<N: Number> Tree<N> {
     }
 
     /// Moves the coordinates by the velocities `v` over the time `h` \[s\].
-    pub fn advance(&self, q: &mut [N], v: &[N], h: N) {
+    pub(crate) fn advance(&self, q: &mut [N], v: &[N], h: N) {
         for joint in &self.joints {
             let (at, dof) = (joint.q, joint.dof);
             match joint.kind {
@@ -173,7 +173,7 @@ impl<N: Number> Tree<N> {
     /// Mass \[kg\] and center of mass \[m, world\]; after [`Tree::place`]. A tree without mass has
     /// it at the first link's origin.
     #[must_use]
-    pub fn center_of_mass(&self, work: &TreeWork<N>) -> (N, Vector<N>) {
+    pub(crate) fn center_of_mass(&self, work: &TreeWork<N>) -> (N, Vector<N>) {
         let whole = self.whole(work);
         let safe = N::zero().if_less(whole.mass, whole.mass, N::one());
         (whole.mass, work.origin + whole.moment * (N::one() / safe))
@@ -182,7 +182,7 @@ impl<N: Number> Tree<N> {
     /// Momentum about the reference point \[kg m²/s and kg m/s, world\]; after
     /// [`Tree::move_links`].
     #[must_use]
-    pub fn momentum_about_origin(&self, work: &TreeWork<N>) -> Spatial<N> {
+    pub(crate) fn momentum_about_origin(&self, work: &TreeWork<N>) -> Spatial<N> {
         let links = work.inertia.iter().zip(&work.velocity);
         links.fold(Spatial::zero(), |sum, (inertia, &velocity)| sum + inertia.times(velocity))
     }
@@ -190,7 +190,7 @@ impl<N: Number> Tree<N> {
     /// Angular momentum about the center of mass \[kg m²/s, world\], and linear momentum
     /// \[kg m/s, world\]; after [`Tree::move_links`].
     #[must_use]
-    pub fn momentum(&self, work: &TreeWork<N>) -> Spatial<N> {
+    pub(crate) fn momentum(&self, work: &TreeWork<N>) -> Spatial<N> {
         let total = self.momentum_about_origin(work);
         let arm = self.center_of_mass(work).1 - work.origin;
         Spatial { angular: total.angular - arm.cross(total.linear), linear: total.linear }
@@ -198,7 +198,7 @@ impl<N: Number> Tree<N> {
 
     /// Kinetic energy \[J\], with that of armatures; after [`Tree::move_links`] with `v`.
     #[must_use]
-    pub fn kinetic_energy(&self, v: &[N], work: &TreeWork<N>) -> N {
+    pub(crate) fn kinetic_energy(&self, v: &[N], work: &TreeWork<N>) -> N {
         let links = work.inertia.iter().zip(&work.velocity);
         let moving = links.fold(N::zero(), |sum, (inertia, &u)| sum + inertia.times(u).dot(u));
         let rotors = self.dofs.iter().zip(v);
@@ -223,14 +223,14 @@ impl<N: Number> Tree<N> {
     /// Potential energy of gravity \[J\], 0 with all mass at the world's origin; after
     /// [`Tree::place`].
     #[must_use]
-    pub fn gravity_energy(&self, work: &TreeWork<N>) -> N {
+    pub(crate) fn gravity_energy(&self, work: &TreeWork<N>) -> N {
         let whole = self.whole(work);
         -(self.gravity.dot(work.origin) * whole.mass + self.gravity.dot(whole.moment))
     }
 
     /// Energy of the joints' springs \[J\].
     #[must_use]
-    pub fn spring_energy(&self, q: &[N]) -> N {
+    pub(crate) fn spring_energy(&self, q: &[N]) -> N {
         let mut sum = N::zero();
         for joint in self.joints.iter().filter(|joint| joint.has_spring) {
             let stretch = match joint.kind {
@@ -245,7 +245,7 @@ impl<N: Number> Tree<N> {
     /// Pose of a link: its origin \[m, world\] and its rotation, if there is such a link; after
     /// [`Tree::place`].
     #[must_use]
-    pub fn pose(&self, link: usize, work: &TreeWork<N>) -> Option<(Vector<N>, Rotation<N>)> {
+    pub(crate) fn pose(&self, link: usize, work: &TreeWork<N>) -> Option<(Vector<N>, Rotation<N>)> {
         let rotation = *work.rotation.get(link)?;
         Some((work.origin + *work.position.get(link)?, rotation))
     }
@@ -253,7 +253,7 @@ impl<N: Number> Tree<N> {
     /// Velocity of a point of a link \[m, link\]: angular \[rad/s, world\] and linear
     /// \[m/s, world\]; after [`Tree::move_links`].
     #[must_use]
-    pub fn point_velocity(
+    pub(crate) fn point_velocity(
         &self,
         link: usize,
         point: Vector<N>,
@@ -267,7 +267,7 @@ impl<N: Number> Tree<N> {
     /// Jacobian of a point of a link \[m, link\]: for each degree of freedom the angular
     /// \[rad/s, world\] and linear velocity \[m/s, world\] of the point at a rate of 1. Writes
     /// zeros where the link does not exist; after [`Tree::place`].
-    pub fn jacobian(
+    pub(crate) fn jacobian(
         &self,
         link: usize,
         point: Vector<N>,

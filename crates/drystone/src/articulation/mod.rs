@@ -1,27 +1,26 @@
 //! Trees of links in reduced coordinates: robots, chains, mechanisms.
 //!
 //! The state of a tree is one number for each angle or displacement of a joint, so joints cannot
-//! drift. A [`Tree`] has forward kinematics, Jacobians, mass matrix, bias forces, inverse and
+//! drift. An [`Articulation`] has forward kinematics, Jacobians, mass matrix, bias forces, inverse and
 //! forward dynamics, and a step that gives no passive tree energy.
 //!
 //! ```
-//! use drystone::articulation::{LinkDef, Tree, TreeDef, TreeJoint, TreeState, TreeStepConfig, TreeWork};
+//! use drystone::articulation::{Articulation, LinkDef, TreeDef, TreeJoint};
 //!
 //! # fn main() -> Result<(), drystone::articulation::TreeError> {
 //! // A pendulum: 1 kg at 0.5 m below a hinge about y, 0.1 m in size.
 //! let bob = LinkDef::on(None)
 //!     .with_joint(TreeJoint::hinge([0.0, 1.0, 0.0]))
 //!     .with_mass(1.0, [0.0, 0.0, -0.5], [0.004, 0.004, 0.004, 0.0, 0.0, 0.0]);
-//! let tree = Tree::new(&TreeDef { links: vec![bob], ..TreeDef::default() }, [0.0, 0.0, -9.81])?;
-//! let mut work = TreeWork::new(&tree);
-//! let mut state = TreeState::new(&tree);
-//! state.q[0] = 0.1;
-//! // Half of its period, 2π √((0.25 + 0.004)/(9.81 · 0.5)) s, later it is on the other side.
+//! let def = TreeDef { links: vec![bob], ..TreeDef::default() };
+//! let mut pendulum = Articulation::new(&def, [0.0, 0.0, -9.81])?;
+//! pendulum.set_state(&[0.1], &[0.0])?;
+//! // Half of its period, π √((0.25 + 0.004)/(9.81 · 0.5)) s, later it is on the other side.
 //! let half = core::f64::consts::PI * f64::sqrt(0.254 / (9.81 * 0.5));
 //! for _ in 0..100 {
-//!     tree.step(&mut state, &[0.0], half / 100.0, &TreeStepConfig::default(), &mut work);
+//!     pendulum.step(half / 100.0)?;
 //! }
-//! assert!((state.q[0] + 0.1).abs() < 1.0e-3);
+//! assert!((pendulum.q()[0] + 0.1).abs() < 1.0e-3);
 //! # Ok(())
 //! # }
 //! ```
@@ -40,8 +39,8 @@
 //! matrix is made of composite bodies and factored along the branches as LᵀDL [Featherstone08]
 //! (`dynamics.rs`). Articulated bodies (`bodies.rs`) give the same accelerations. A step
 //! (`step.rs`) takes forces in the middle of the motion (`velocities.rs`), then restores momentum
-//! and energy (`conserve.rs`). All code is over [`Number`], so the same tree in several worlds goes
-//! in [`Lanes`] with the same bits as alone.
+//! and energy (`conserve.rs`). All code is over numbers or lanes (`number.rs`), so the same tree in
+//! several worlds goes side by side with the same bits as alone.
 //!
 //! # Rows
 //!
@@ -59,22 +58,20 @@ mod tree;
 mod work;
 mod kinematics;
 mod dynamics;
+#[cfg_attr(not(test), expect(dead_code, reason = "for long chains, when the solver has trees"))]
 mod bodies;
 mod row;
 mod gather;
 mod velocities;
 mod conserve;
 mod step;
+mod whole;
 #[cfg(test)]
 mod tests;
 
-pub use self::bodies::ArticulatedWork;
 pub use self::def::{
     LinkDef, RowSoftness, TreeCoupling, TreeDef, TreeError, TreeJoint, TreeJointKind, TreeLoop,
     TreeTendon,
 };
-pub use self::number::{Lanes, Number};
-pub use self::spatial::{Rotation, Spatial, Vector};
-pub use self::step::{TreeState, TreeStepConfig, TreeStepReport};
-pub use self::tree::Tree;
-pub use self::work::TreeWork;
+pub use self::step::TreeStepConfig;
+pub use self::whole::Articulation;

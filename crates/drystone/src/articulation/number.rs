@@ -8,7 +8,7 @@ use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number, or one number per lane. All operations are those of IEEE 754, lane by lane.
-pub trait Number:
+pub(crate) trait Number:
     Copy
     + Debug
     + PartialEq
@@ -21,8 +21,6 @@ pub trait Number:
     + Neg<Output = Self>
     + 'static
 {
-    /// Number of lanes.
-    const LANES: usize;
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
     /// π/2 in three parts; the first two have so few digits that small multiples are exact.
@@ -34,10 +32,11 @@ pub trait Number:
 
     /// The same number in every lane, rounded to this precision.
     fn splat(value: f64) -> Self;
-    /// The number of a lane; the lane must be below [`Number::LANES`].
+    /// The number of a lane; the lane must exist.
     fn lane(self, lane: usize) -> f64;
     /// This with one lane replaced.
     #[must_use]
+    #[cfg_attr(not(test), expect(dead_code, reason = "the solver will take worlds in lanes"))]
     fn with_lane(self, lane: usize, value: f64) -> Self;
     /// Square root.
     #[must_use]
@@ -141,7 +140,6 @@ const fn series(first: f64, second: f64) -> [f64; 10] {
 }
 
 impl Number for f64 {
-    const LANES: usize = 1;
     const EPSILON: f64 = f64::EPSILON;
     // 33 and 33 bits of π/2, and the rest.
     const HALF_PI: [f64; 3] =
@@ -185,7 +183,6 @@ impl Number for f64 {
 }
 
 impl Number for f32 {
-    const LANES: usize = 1;
     const EPSILON: f64 = 1.192_092_895_507_812_5e-7;
     // 8 and 11 bits of π/2, and the rest.
     const HALF_PI: [f64; 3] = [1.570_312_5, 4.837_512_969_970_703e-4, 7.549_789_954_891_88e-8];
@@ -231,7 +228,7 @@ impl Number for f32 {
 /// `L` numbers side by side. The compiler makes vector instructions of the loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
-pub struct Lanes<T, const L: usize>(pub [T; L]);
+pub(crate) struct Lanes<T, const L: usize>(pub(crate) [T; L]);
 
 impl<T: Number, const L: usize> Lanes<T, L> {
     #[inline(always)]
@@ -285,7 +282,6 @@ impl<T: Number, const L: usize> Neg for Lanes<T, L> {
 }
 
 impl<T: Number, const L: usize> Number for Lanes<T, L> {
-    const LANES: usize = L;
     const EPSILON: f64 = T::EPSILON;
     const HALF_PI: [f64; 3] = T::HALF_PI;
     const TERMS: usize = T::TERMS;

@@ -9,7 +9,7 @@ use super::number::Number;
 
 /// A vector of three components.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vector<N>(pub [N; 3]);
+pub(crate) struct Vector<N>(pub(crate) [N; 3]);
 
 impl<N: Number> Vector<N> {
     #[inline(always)]
@@ -73,7 +73,7 @@ impl<N: Number> Mul<N> for Vector<N> {
 
 /// A unit quaternion: real part first, then i, j, k.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rotation<N>(pub [N; 4]);
+pub(crate) struct Rotation<N>(pub(crate) [N; 4]);
 
 impl<N: Number> Rotation<N> {
     #[inline(always)]
@@ -180,11 +180,11 @@ impl<N: Number> Rotation<N> {
 /// A motion (angular, linear at the reference point) or a force (moment about the reference point,
 /// force).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spatial<N> {
+pub(crate) struct Spatial<N> {
     /// Angular part of a motion [rad/s, world], or moment about the reference point [N m, world].
-    pub angular: Vector<N>,
+    pub(crate) angular: Vector<N>,
     /// Linear part of a motion at the reference point [m/s, world], or force [N, world].
-    pub linear: Vector<N>,
+    pub(crate) linear: Vector<N>,
 }
 
 impl<N: Number> Spatial<N> {

@@ -60,25 +60,24 @@ impl Default for TreeStepConfig {
 
 /// Changes of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TreeStepReport<N> {
-    /// Work against gravity with which violated limits and closures were closed \[J\]. It is the
-    /// only energy that a passive tree can gain.
-    pub recovery_work: N,
+pub(crate) struct TreeStepReport<N> {
+    /// Work against gravity and springs with which violated limits and closures were closed [J].
+    pub(crate) recovery_work: N,
 }
 
 /// The state of a tree: coordinates and velocities.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TreeState<N> {
+pub(crate) struct TreeState<N> {
     /// Coordinates \[m, rad, and unit quaternions\].
-    pub q: Vec<N>,
+    pub(crate) q: Vec<N>,
     /// Velocities \[m/s, rad/s\].
-    pub v: Vec<N>,
+    pub(crate) v: Vec<N>,
 }
 
 impl<N: Number> TreeState<N> {
     /// The tree at rest at its reference coordinates.
     #[must_use]
-    pub fn new(tree: &Tree<N>) -> Self {
+    pub(crate) fn new(tree: &Tree<N>) -> Self {
         Self { q: tree.reference().to_vec(), v: vec![N::zero(); tree.v_count()] }
     }
 }
@@ -87,7 +86,7 @@ impl<N: Number> Tree<N> {
     /// Advances the state by `h` \[s\] under generalized forces `tau` \[N m or N\].
     ///
     /// Does nothing if a slice has the wrong length, or if `h` is not above 0 and finite.
-    pub fn step(
+    pub(crate) fn step(
         &self,
         state: &mut TreeState<N>,
         tau: &[N],

@@ -66,7 +66,7 @@ pub(super) struct Coupling<N> {
 ///
 /// `q` and `v` are sized and ordered as in MuJoCo: joint after joint in the order of the links.
 #[derive(Clone, Debug)]
-pub struct Tree<N> {
+pub(crate) struct Tree<N> {
     pub(super) links: Vec<Link<N>>,
     pub(super) joints: Vec<Joint<N>>,
     /// Ranges of degrees of freedom whose axes move together: one each for hinge and slide, three
@@ -92,7 +92,7 @@ impl Tree<f64> {
     /// # Errors
     /// A number that is not finite or out of range, a cycle, an impossible inertia, or a joint that
     /// moves no inertia and has no armature.
-    pub fn new(def: &TreeDef, gravity: [f64; 3]) -> Result<Self, TreeError> {
+    pub(crate) fn new(def: &TreeDef, gravity: [f64; 3]) -> Result<Self, TreeError> {
         check::check(def)?;
         if !gravity.iter().all(|g| g.abs() <= 1.0e6) {
             return Err(TreeError::new("gravity", format!("{gravity:?}"), "-1e6 to 1e6"));
@@ -238,8 +238,9 @@ impl Tree<f64> {
     }
 
     /// The same tree in another precision, or in every lane.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the solver will take worlds in lanes"))]
     #[must_use]
-    pub fn spread<N: Number>(&self) -> Tree<N> {
+    pub(crate) fn spread<N: Number>(&self) -> Tree<N> {
         let vector = |v: Vector<f64>| Vector::splat(v.0);
         let links = self.links.iter().map(|l| Link {
             parent: l.parent,
@@ -296,33 +297,27 @@ impl Tree<f64> {
 }
 
 impl<N: Number> Tree<N> {
-    /// Number of coordinates `q`.
-    #[must_use]
-    pub const fn q_count(&self) -> usize {
-        self.q_count
-    }
-
     /// Number of velocities `v`, the degrees of freedom.
     #[must_use]
-    pub const fn v_count(&self) -> usize {
+    pub(crate) const fn v_count(&self) -> usize {
         self.dofs.len()
     }
 
     /// Number of links.
     #[must_use]
-    pub const fn link_count(&self) -> usize {
+    pub(crate) const fn link_count(&self) -> usize {
         self.links.len()
     }
 
     /// Coordinates at which the links have their defined poses.
     #[must_use]
-    pub fn reference(&self) -> &[N] {
+    pub(crate) fn reference(&self) -> &[N] {
         &self.q_reference
     }
 
     /// Where the coordinates and velocities of a joint begin in `q` and `v`, if the link has it.
     #[must_use]
-    pub fn joint_start(&self, link: usize, joint: usize) -> Option<(usize, usize)> {
+    pub(crate) fn joint_start(&self, link: usize, joint: usize) -> Option<(usize, usize)> {
         let range = self.links.get(link)?.joints.clone();
         let joint = &self.joints[range].get(joint)?;
         Some((joint.q, joint.dof))

@@ -11,7 +11,7 @@ use super::tree::Tree;
 /// Positions are kept from a reference point, the origin of the first link. So precision does not
 /// depend on the distance from the world's origin.
 #[derive(Clone, Debug)]
-pub struct TreeWork<N> {
+pub(crate) struct TreeWork<N> {
     /// Coordinates that are placed; empty before.
     pub(super) placed: Vec<N>,
     /// Reference point [m, world].
@@ -64,7 +64,7 @@ pub(super) struct Buffers<N> {
 impl<N: Number> TreeWork<N> {
     /// Memory for a tree.
     #[must_use]
-    pub fn new(tree: &Tree<N>) -> Self {
+    pub(crate) fn new(tree: &Tree<N>) -> Self {
         let (links, dofs, zero) = (tree.links.len(), tree.dofs.len(), N::zero());
         let rates = || vec![zero; dofs];
         let coordinates = || vec![zero; tree.q_count];

@@ -1,6 +1,9 @@
 //! Motions with a known solution: pendulums, tops, free bodies.
 
-use crate::articulation::{LinkDef, Tree, TreeDef, TreeJoint, TreeState, TreeStepConfig, TreeWork};
+use crate::articulation::step::TreeState;
+use crate::articulation::tree::Tree;
+use crate::articulation::work::TreeWork;
+use crate::articulation::{LinkDef, TreeDef, TreeJoint, TreeStepConfig};
 
 use super::trees::GRAVITY;
 

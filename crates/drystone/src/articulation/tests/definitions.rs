@@ -1,7 +1,8 @@
 //! Definitions and states that are refused, by name.
 
+use crate::articulation::tree::Tree;
 use crate::articulation::{
-    LinkDef, RowSoftness, Tree, TreeCoupling, TreeDef, TreeJoint, TreeLoop, TreeTendon,
+    LinkDef, RowSoftness, TreeCoupling, TreeDef, TreeJoint, TreeLoop, TreeTendon,
 };
 
 use super::trees::GRAVITY;

@@ -1,8 +1,11 @@
 //! Identities between the algorithms, on random trees.
 
-use crate::articulation::{
-    ArticulatedWork, Spatial, Tree, TreeState, TreeStepConfig, TreeWork, Vector,
-};
+use crate::articulation::TreeStepConfig;
+use crate::articulation::bodies::ArticulatedWork;
+use crate::articulation::spatial::{Spatial, Vector};
+use crate::articulation::step::TreeState;
+use crate::articulation::tree::Tree;
+use crate::articulation::work::TreeWork;
 use crate::base::random::Random;
 
 use super::trees::{BARE, GRAVITY, Kind, between, random_tree, vector};

@@ -1,6 +1,10 @@
 //! A tree in a lane has the bits of the tree alone, and bits repeat.
 
-use crate::articulation::{Lanes, Number, Tree, TreeState, TreeStepConfig, TreeWork};
+use crate::articulation::TreeStepConfig;
+use crate::articulation::number::{Lanes, Number};
+use crate::articulation::step::TreeState;
+use crate::articulation::tree::Tree;
+use crate::articulation::work::TreeWork;
 use crate::base::random::Random;
 
 use super::trees::{BARE, GRAVITY, Kind, between, random_tree};

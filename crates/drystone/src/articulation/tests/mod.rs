@@ -1,6 +1,7 @@
 //! Tests of trees.
 
 mod trees;
+mod whole;
 mod closed_forms;
 mod definitions;
 mod identities;

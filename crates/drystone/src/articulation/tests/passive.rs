@@ -1,6 +1,9 @@
 //! Passive trees gain no energy, whatever their masses, joints, limits and steps.
 
-use crate::articulation::{Tree, TreeState, TreeStepConfig, TreeWork};
+use crate::articulation::TreeStepConfig;
+use crate::articulation::step::TreeState;
+use crate::articulation::tree::Tree;
+use crate::articulation::work::TreeWork;
 use crate::base::random::Random;
 
 use super::trees::{BARE, GRAVITY, Kind, random_tree};

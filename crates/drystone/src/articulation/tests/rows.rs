@@ -1,9 +1,12 @@
 //! Limits, friction, couplings, tendons, loops and contacts.
 
 use crate::articulation::row::{Bound, Rows, Segment};
+use crate::articulation::spatial::Vector;
+use crate::articulation::step::TreeState;
+use crate::articulation::tree::Tree;
+use crate::articulation::work::TreeWork;
 use crate::articulation::{
-    LinkDef, RowSoftness, Tree, TreeCoupling, TreeDef, TreeJoint, TreeLoop, TreeState,
-    TreeStepConfig, TreeTendon, TreeWork, Vector,
+    LinkDef, RowSoftness, TreeCoupling, TreeDef, TreeJoint, TreeLoop, TreeStepConfig, TreeTendon,
 };
 
 use super::closed_forms::run;

@@ -1,6 +1,8 @@
 //! Trees for tests: chains, robots, and random ones.
 
-use crate::articulation::{LinkDef, Tree, TreeDef, TreeJoint, TreeState};
+use crate::articulation::step::TreeState;
+use crate::articulation::tree::Tree;
+use crate::articulation::{LinkDef, TreeDef, TreeJoint};
 use crate::base::random::Random;
 
 pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
