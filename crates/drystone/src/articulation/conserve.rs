@@ -2,8 +2,8 @@
 //!
 //! A step leaves errors of third order in them, and larger ones where light links move faster than
 //! it resolves. They are taken out: the base and the center of mass get their momentum and place,
-//! the inner motion is scaled to the energy that is left. Where even no inner motion leaves too much
-//! energy, a floating tree is turned, and the motion of the step is shortened.
+//! the inner motion is scaled to the energy that is left. Where even no inner motion leaves too
+//! much energy, a floating tree is turned, and the motion of the step is shortened.
 
 use super::number::Number;
 use super::spatial::{Rotation, Spatial, Vector};
@@ -72,8 +72,8 @@ impl<N: Number> Tree<N> {
         work.placed.copy_from_slice(&state.q);
     }
 
-    /// Turns a floating tree about its center of mass to where its locked motion has the energy that
-    /// is left: at a given angular momentum, that energy depends on the direction. A lone body so
+    /// Turns a floating tree about its center of mass to where its locked motion has the energy
+    /// that is left: at a given angular momentum, that energy depends on the direction. A lone body so
     /// keeps its energy; a tree at least does not need more than there is. Only lanes above 0 turn.
     pub(super) fn align(
         &self,
@@ -130,8 +130,8 @@ impl<N: Number> Tree<N> {
         }
     }
 
-    /// Shortens the motion of a step that would need more energy than there is. Gives more than 0 in
-    /// lanes where it did.
+    /// Shortens the motion of a step that would need more energy than there is. Gives more than 0
+    /// in lanes where it did.
     pub(super) fn hold_back(
         &self,
         state: &mut TreeState<N>,

@@ -87,7 +87,8 @@ impl TreeJoint {
         Self::new(TreeJointKind::Free)
     }
 
-    /// Motion in the plane of two axes \[link\]: slides along them, then a hinge about their normal.
+    /// Motion in the plane of two axes \[link\]: slides along them, then a hinge about the
+    /// normal.
     #[must_use]
     pub fn planar(x: [f64; 3], y: [f64; 3]) -> Vec<Self> {
         let ([a, b, c], [d, e, f]) = (x, y);

@@ -1,8 +1,8 @@
 //! Trees of links in reduced coordinates: robots, chains, mechanisms.
 //!
 //! The state of a tree is one number for each angle or displacement of a joint, so joints cannot
-//! drift. An [`Articulation`] has forward kinematics, Jacobians, mass matrix, bias forces, inverse and
-//! forward dynamics, and a step that gives no passive tree energy.
+//! drift. An [`Articulation`] has forward kinematics, Jacobians, mass matrix, bias forces,
+//! inverse and forward dynamics, and a step that gives no passive tree energy.
 //!
 //! ```
 //! use drystone::articulation::{Articulation, LinkDef, TreeDef, TreeJoint};
@@ -46,8 +46,8 @@
 //!
 //! Limits, friction, couplings, tendons and closures are rows (`row.rs`, `gather.rs`): w with
 //! impulse λ on whitened velocities y = √D L v. A row has up to two segments of y. A tree's
-//! segment is D^-½ L^-ᵀ Jᵀ, a free body's is J over √m and √I. So a contact of a tree with a tree, a
-//! body or the ground is a normal row and friction rows in the same sweep. The contact's Jacobian
+//! segment is D^-½ L^-ᵀ Jᵀ, a free body's is J over √m and √I. So a contact of a tree with a tree,
+//! a body or the ground is a normal row and friction rows in the same sweep. The contact's Jacobian
 //! is that of its point along the normal (`fill_direction`).
 
 mod number;

@@ -127,8 +127,8 @@ impl<N: Number> Rows<N> {
         }
     }
 
-    /// Work of the rows that store no energy at the whitened velocities `y`. It is at most 0 but for
-    /// sweeps that have not converged.
+    /// Work of the rows that store no energy at the whitened velocities `y`. It is at most 0 but
+    /// for sweeps that have not converged.
     pub(super) fn rigid_work(&self, y: &[N]) -> N {
         let rigid = self.rows.iter().filter(|row| !row.soft);
         rigid.fold(N::zero(), |sum, row| sum + row.impulse * self.velocity(row, y))

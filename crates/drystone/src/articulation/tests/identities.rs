@@ -184,7 +184,7 @@ fn floating_tree_keeps_its_momentum_under_inner_forces() {
             tree.step(&mut state, &tau, 1.0 / 60.0, &TreeStepConfig::default(), &mut work);
         }
         let (end, (_, moved)) = sums(&state, &mut work);
-        // Momentum is restored in each of up to 16 · 60 substeps, to the digits of its largest term.
+        // Momentum is restored in each of up to 16 · 60 substeps, to the digits of its terms.
         let size = start.linear.length() + mass;
         assert!((end.linear - start.linear).length() < 1.0e-9 * size, "{seed}");
         let size = start.angular.length() + mass;
