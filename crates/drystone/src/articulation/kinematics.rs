@@ -26,7 +26,7 @@ impl<N: Number> Tree<N> {
             let wrong = |x: &N| x.abs().if_less(most, N::zero(), N::one()) != N::zero();
             if let Some(i) = given.iter().position(wrong) {
                 let place = format!("{name}[{i}]");
-                return Err(TreeError::new(place, format!("{:?}", given[i]), "-1e12 to 1e12"));
+                return Err(TreeError::new(place, given[i].lane(0), "-1e12 to 1e12"));
             }
         }
         for joint in &self.joints {
@@ -52,9 +52,10 @@ impl<N: Number> Tree<N> {
     pub(crate) fn place(&self, q: &[N], work: &mut TreeWork<N>) {
         // A step begins where the last one ended, which is placed.
         let same = |(&a, &b): (&N, &N)| a.same_bits(b);
-        if work.placed.len() == q.len() && work.placed.iter().zip(q).all(same) {
+        if work.is_placed && work.placed.iter().zip(q).all(same) {
             return;
         }
+        work.is_placed = true;
         work.placed.clear();
         work.placed.extend_from_slice(q);
         let floats = self.floats();

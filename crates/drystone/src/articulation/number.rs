@@ -33,7 +33,6 @@ pub(crate) trait Number:
     /// The same number in every lane, rounded to this precision.
     fn splat(value: f64) -> Self;
     /// The number of a lane; the lane must exist.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the solver will take worlds in lanes"))]
     fn lane(self, lane: usize) -> f64;
     /// This with one lane replaced.
     #[must_use]

@@ -127,11 +127,19 @@ impl<N: Number> Rows<N> {
         }
     }
 
-    /// Work of the rows that store no energy at the whitened velocities `y`. It is at most 0 but
-    /// for sweeps that have not converged.
-    pub(super) fn rigid_work(&self, y: &[N]) -> N {
-        let rigid = self.rows.iter().filter(|row| !row.soft);
-        rigid.fold(N::zero(), |sum, row| sum + row.impulse * self.velocity(row, y))
+    /// Work at the whitened velocities `y` of the rows that store no energy, at most 0 but for
+    /// sweeps that have not converged; and of the others.
+    pub(super) fn work(&self, y: &[N]) -> (N, N) {
+        let mut sums = (N::zero(), N::zero());
+        for row in &self.rows {
+            let part = row.impulse * self.velocity(row, y);
+            if row.soft {
+                sums.1 = sums.1 + part;
+            } else {
+                sums.0 = sums.0 + part;
+            }
+        }
+        sums
     }
 
     /// One sweep of projected Gauss-Seidel over the whitened velocities.

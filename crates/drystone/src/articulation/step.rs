@@ -199,16 +199,7 @@ impl<N: Number> Tree<N> {
             buffers.v_middle[dof] = p.lesser(q);
         }
         let done = buffers.v_middle.iter().fold(N::zero(), |sum, &part| sum + part);
-        let mut excess = N::zero();
-        if !work.rows.rows.is_empty() {
-            for dof in 0..self.dofs.len() {
-                buffers.row[dof] = (buffers.v_start[dof] + buffers.v[dof]) * N::splat(0.5);
-            }
-            self.whiten_velocity(work, &buffers.row, &mut buffers.whitened);
-            excess = work.rows.rigid_work(&buffers.whitened).greater(N::zero());
-        }
-        let done = done - excess;
-        let others = self.work_without_springs(h, work, &buffers) - excess;
+        let others = self.work_without_springs(tau, h, work, &mut buffers);
         let springs = self.spring_energy(&buffers.q_start);
         self.advance(&mut state.q, &buffers.change, half);
         state.v.copy_from_slice(&buffers.v);
@@ -245,18 +236,35 @@ impl<N: Number> Tree<N> {
         recovered
     }
 
-    /// Work of all forces but springs, on the shorter of the step's two displacements.
-    fn work_without_springs(&self, h: N, work: &TreeWork<N>, buffers: &Buffers<N>) -> N {
+    /// The most work that given forces, damping and rows can have done, on the mean or the weighted
+    /// displacement. Damping and rigid rows do no positive work, whatever the sweeps have left.
+    fn work_without_springs(
+        &self,
+        tau: &[N],
+        h: N,
+        work: &TreeWork<N>,
+        buffers: &mut Buffers<N>,
+    ) -> N {
         let half = N::splat(0.5);
         let mut sum = N::zero();
         for dof in 0..self.dofs.len() {
             let start = buffers.v_start[dof];
-            let change = buffers.v[dof] - start;
-            let weighted = start + work.theta[dof] * change;
-            let stretch = work.theta[dof] * h * self.dofs[dof].stiffness * weighted;
-            let other = buffers.impulse[dof] - h * (buffers.spring[dof] - stretch);
-            sum = sum + (other * (start + half * change)).lesser(other * weighted);
+            let mean = half * (start + buffers.v[dof]);
+            let weighted = half * (start + buffers.change[dof]);
+            let force = tau[dof] - self.dofs[dof].damping * weighted;
+            sum = sum + h * (force * mean).lesser(force * weighted);
+            buffers.row[dof] = mean;
         }
-        sum
+        if work.rows.rows.is_empty() {
+            return sum;
+        }
+        self.whiten_velocity(work, &buffers.row, &mut buffers.whitened);
+        let (rigid, soft) = work.rows.work(&buffers.whitened);
+        for dof in 0..self.dofs.len() {
+            buffers.row[dof] = half * (buffers.v_start[dof] + buffers.change[dof]);
+        }
+        self.whiten_velocity(work, &buffers.row, &mut buffers.whitened);
+        let (weighted, _) = work.rows.work(&buffers.whitened);
+        sum + rigid.lesser(weighted).lesser(N::zero()) + soft
     }
 }

@@ -12,7 +12,8 @@ use super::tree::Tree;
 /// depend on the distance from the world's origin.
 #[derive(Clone, Debug)]
 pub(crate) struct TreeWork<N> {
-    /// Coordinates that are placed; empty before.
+    /// Whether links are placed, and the coordinates at which.
+    pub(super) is_placed: bool,
     pub(super) placed: Vec<N>,
     /// Reference point [m, world].
     pub(super) origin: Vector<N>,
@@ -69,6 +70,7 @@ impl<N: Number> TreeWork<N> {
         let rates = || vec![zero; dofs];
         let coordinates = || vec![zero; tree.q_count];
         Self {
+            is_placed: false,
             placed: Vec::with_capacity(tree.q_count),
             origin: Vector::zero(),
             position: vec![Vector::zero(); links],

@@ -54,6 +54,15 @@ fn absurd_tuning_and_huge_states_end_in_a_step_or_in_an_error() {
 }
 
 #[test]
+fn tree_without_a_joint_stands_where_it_is() {
+    let links = vec![LinkDef::on(None).with_position([1.0, 2.0, 3.0]), LinkDef::on(0)];
+    let mut post = Articulation::new(&TreeDef { links, ..TreeDef::default() }, GRAVITY).unwrap();
+    post.step(0.01).unwrap();
+    assert_eq!(post.pose(1).map(|pose| pose.0), Some([1.0, 2.0, 3.0]));
+    assert!(post.v().is_empty() && post.bias().is_empty() && post.mass_matrix().is_empty());
+}
+
+#[test]
 fn force_at_a_point_moves_the_center_of_mass_by_its_impulse() {
     let mut arm = arm();
     arm.add_force(1, [0.1, 0.2, 0.3], [2.0, 0.0, 2.0 * 9.81], [0.1, 0.0, 0.0]).unwrap();
