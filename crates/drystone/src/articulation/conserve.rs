@@ -73,8 +73,9 @@ impl<N: Number> Tree<N> {
     }
 
     /// Turns a floating tree about its center of mass to where its locked motion has the energy
-    /// that is left: at a given angular momentum, that energy depends on the direction. A lone body so
-    /// keeps its energy; a tree at least does not need more than there is. Only lanes above 0 turn.
+    /// that is left: at a given angular momentum, that energy depends on the direction. A lone
+    /// body so keeps its energy; a tree at least does not need more than there is. Only lanes
+    /// above 0 turn.
     pub(super) fn align(
         &self,
         state: &mut TreeState<N>,
