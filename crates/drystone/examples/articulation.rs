@@ -8,6 +8,7 @@ use drystone::articulation::{
 
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), TreeError> {
     let hinge = || TreeJoint::hinge([0.0, 1.0, 0.0]).with_range(-1.0, 1.0).with_damping(0.05);
     let rod =
