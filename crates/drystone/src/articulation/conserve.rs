@@ -89,6 +89,8 @@ impl<N: Number> Tree<N> {
         }
         let (zero, one, half) = (N::zero(), N::one(), N::splat(0.5));
         let alone = self.dofs.len() == 6;
+        let (mut lanes, mut last) = (lanes, N::splat(1.0e30));
+        let mut old: [N; 7] = core::array::from_fn(|k| state.q[k]);
         // Newton's method on an energy that is nearly quadratic in the turn.
         for _ in 0..12 {
             let momentum = about(goal.momentum, work.origin - goal.origin);
@@ -100,9 +102,21 @@ impl<N: Number> Tree<N> {
             let size = if alone { excess.abs() } else { excess };
             let size = zero.if_less(lanes, size, zero);
             let least = N::splat(8.0 * N::EPSILON) * scale;
+            // No direction may have that energy: the last turn that helped stays.
+            let worse = last.if_less(size, lanes, zero);
+            if zero.any_less(worse) {
+                for (now, old) in state.q[..7].iter_mut().zip(old) {
+                    *now = zero.if_less(worse, old, *now);
+                }
+                lanes = zero.if_less(worse, zero, lanes);
+                self.place(&state.q, work);
+                continue;
+            }
             if !least.any_less(size) {
                 return;
             }
+            last = size;
+            old = core::array::from_fn(|k| state.q[k]);
             let center = whole.moment * (one / whole.mass);
             let spin = momentum.angular - center.cross(momentum.linear);
             // dE = turn · (ω × L)

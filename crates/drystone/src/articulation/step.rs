@@ -223,12 +223,12 @@ impl<N: Number> Tree<N> {
         if config.keep_energy {
             self.align(state, &goal, N::one(), config, work);
             let held = self.hold_back(state, &goal, h, config, work, &mut buffers);
-            if N::zero().any_less(held) {
-                self.align(state, &goal, held, config, work);
-            }
             // A motion that was shortened has stretched springs less, and has not closed gaps.
             let rest = goal.whole - self.spring_energy(&state.q);
             goal.energy = N::zero().if_less(held, rest, goal.energy);
+            if N::zero().any_less(held) {
+                self.align(state, &goal, held, config, work);
+            }
             recovered = N::zero().if_less(held, N::zero(), recovered);
         }
         self.restore(state, &goal, config, work);
