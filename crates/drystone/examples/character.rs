@@ -3,7 +3,7 @@
 use drystone::query::{BodyKinds, QueryFilter};
 use drystone::{BodyDef, BodyId, DefError, Quat, Shape, ShapeDef, Vec3, World, math::trig, vec3};
 
-/// Walks along x [m/s] and returns the position. Crates do not block the mover: its body pushes them.
+/// Walks along x [m/s]; returns the position. Crates do not block the mover: its body pushes them.
 fn walk(world: &mut World, body: BodyId, speed: f32, steps: u32) -> Result<Vec3, DefError> {
     let (mover, mut fall, dt) =
         (drystone::mover::Mover::new(Shape::capsule(0.5, 0.3)), 0.0, 1.0 / 60.0);

@@ -2,7 +2,7 @@
 
 use drystone::{BodyDef, BodyId, JointDef, ShapeDef, World, joint, joint::JointSpring, vec3};
 
-/// Pushes the handle [N]; returns the angle of each step [degrees], and the number of broken joints.
+/// Pushes the handle [N]; returns the angle of each step [degrees] and the number of broken joints.
 fn push(world: &mut World, door: BodyId, force: f32, steps: u32) -> Option<(Vec<f32>, usize)> {
     let (mut angles, mut broken) = (Vec::new(), 0);
     for _ in 0..steps {

@@ -43,6 +43,7 @@
 )]
 
 mod base;
+pub mod articulation;
 pub mod geometry;
 /// The manual: a chapter for each part of the engine, with examples that run.
 pub mod manual;

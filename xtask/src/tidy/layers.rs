@@ -11,6 +11,7 @@ const FACE: [&str; 2] = ["lib", "manual"];
 const LAYERS: &[(&str, &[&str])] = &[
     ("base", &[]),
     ("geometry", &["base"]),
+    ("articulation", &["base"]),
     ("state", &["base", "geometry"]),
     ("step", &["base", "geometry", "state"]),
     ("query", &["base", "geometry", "state"]),
