@@ -23,7 +23,7 @@ pub(crate) struct Game {
 
 impl Game {
     pub(crate) fn new() -> Self {
-        Self::with(DrystonePlugin::default().with_threads(1))
+        Self::with(DrystonePlugin::default().with_threads(1).without_interpolation())
     }
 
     pub(crate) fn with(plugin: DrystonePlugin) -> Self {

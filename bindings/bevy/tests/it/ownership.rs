@@ -1,6 +1,6 @@
 //! Who owns what: writes of the user, and writes of the plugin.
 
-use bevy_drystone::{Collider, LinearVelocity, NoInterpolation, RigidBody};
+use bevy_drystone::{Collider, DrystonePlugin, LinearVelocity, NoInterpolation, RigidBody};
 use bevy_ecs::prelude::{Changed, Entity, Query, Resource, ResMut};
 use bevy_math::{Quat, Vec3};
 use bevy_time::TimeUpdateStrategy;
@@ -126,7 +126,7 @@ fn bodies_at_rest_are_not_written() {
 /// true pose.
 #[test]
 fn bodies_are_shown_between_their_poses() {
-    let mut game = Game::new();
+    let mut game = Game::with(DrystonePlugin::default().with_threads(1));
     game.app.insert_resource(bevy_drystone::Gravity::ZERO);
     let fast = |game: &mut Game| {
         let cube = game.cube([0.0; 3]);
@@ -161,7 +161,7 @@ fn bodies_are_shown_between_their_poses() {
 
 #[test]
 fn a_turn_alone_keeps_the_true_place() {
-    let mut game = Game::new();
+    let mut game = Game::with(DrystonePlugin::default().with_threads(1));
     game.app.insert_resource(bevy_drystone::Gravity::ZERO);
     let cube = game.cube([0.0; 3]);
     game.change::<LinearVelocity>(cube, |v| v.0.x = HERTZ);
