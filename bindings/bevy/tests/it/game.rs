@@ -9,6 +9,7 @@ use bevy_drystone::{
     RigidBody,
 };
 use bevy_ecs::prelude::{Bundle, Component, Entity, IntoSystem, Messages, Query};
+use bevy_ecs::system::RunSystemOnce;
 use bevy_math::Vec3;
 use bevy_time::{Fixed, Time, TimePlugin, TimeUpdateStrategy};
 use bevy_transform::components::Transform;
@@ -129,7 +130,7 @@ impl Game {
         &mut self,
         system: impl IntoSystem<(), T, M> + 'static,
     ) -> T {
-        self.app.world_mut().run_system_cached(system).expect("valid parameters")
+        self.app.world_mut().run_system_once(system).expect("valid parameters")
     }
 
     /// All messages of a kind since the last call.

@@ -1,6 +1,11 @@
 //! Tests of the plugin, without a window.
 
 mod bodies;
+mod determinism;
+mod events;
 mod game;
 mod hierarchy;
+mod joints;
 mod ownership;
+mod queries;
+mod random;
