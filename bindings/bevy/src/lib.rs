@@ -34,6 +34,7 @@ mod events;
 mod forces;
 mod joint;
 mod plugin;
+pub mod prelude;
 mod query;
 mod queue;
 mod register;

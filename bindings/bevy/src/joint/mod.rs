@@ -11,13 +11,13 @@ pub use self::place::{JointEnds, JointPlace};
 
 use bevy_ecs::component::Component;
 use bevy_ecs::entity::Entity;
-use bevy_ecs::query::{Changed, Has, Or, QueryData};
+use bevy_ecs::query::{Changed, Has, Or, QueryData, With};
 use bevy_ecs::reflect::ReflectComponent;
-use bevy_ecs::system::{Local, Query, ResMut, SystemParam};
+use bevy_ecs::system::{Local, Query, Res, ResMut, SystemParam};
 use bevy_reflect::Reflect;
 use bevy_reflect::prelude::ReflectDefault;
 use drystone::joint::SixDof;
-use drystone::{JointDef, JointId, JointKind};
+use drystone::{DefErrorKind, JointDef, JointId, JointKind};
 
 use crate::body::{BodyLink, PhysicsBody};
 use crate::events::PhysicsFault;
@@ -113,6 +113,7 @@ type JointChanges = Or<(
 pub(crate) struct Joints<'w, 's> {
     data: Query<'w, 's, JointData>,
     changed: Query<'w, 's, Entity, JointChanges>,
+    every: Query<'w, 's, Entity, With<PhysicsJoint>>,
     records: Query<'w, 's, &'static mut PhysicsJoint>,
 }
 
@@ -121,7 +122,7 @@ pub(crate) fn read_joints(
     mut joints: Joints<'_, '_>,
     mut records: Records<'_, '_>,
     mut pending: ResMut<'_, Pending>,
-    state: ResMut<'_, SyncState>,
+    state: Res<'_, SyncState>,
     mut waiting: Local<'_, Vec<Entity>>,
 ) {
     pending.gone_joints.sort_unstable();
@@ -132,6 +133,9 @@ pub(crate) fn read_joints(
     dirty.extend(&joints.changed);
     if state.has_new_bodies {
         dirty.append(&mut waiting);
+    }
+    if state.has_other_worlds {
+        dirty.extend(&joints.every);
     }
     let mut dirty: Vec<((u64, u32), Entity)> = dirty
         .into_iter()
@@ -221,7 +225,9 @@ impl Joints<'_, '_> {
             Err(error) => {
                 let text = error.to_string();
                 PhysicsFault { world, entity: Some(entity), text }.report(&mut records.faults);
-                Outcome::Waits
+                // A bad number stays bad until somebody changes it.
+                let is_bad = error.kind() == DefErrorKind::Value;
+                if is_bad { Outcome::Done } else { Outcome::Waits }
             }
         }
     }

@@ -54,9 +54,11 @@ impl Sync<'_, '_, '_, '_, '_> {
                     self.mark(owner);
                 }
             }
-            let Some(link) = self.records.bodies.get(entity).ok().and_then(|r| r.link) else {
-                continue;
-            };
+            if self.scene.kind(entity).is_some() {
+                let scene = self.scene;
+                scene.each_below(entity, |below| self.mark(below));
+            }
+            let Some(link) = self.link(entity) else { continue };
             for (_, collider) in self.shapes_of(link.world, link.body) {
                 self.mark(collider);
             }
@@ -261,6 +263,8 @@ impl Sync<'_, '_, '_, '_, '_> {
             body.set_linear_velocity(data.linear.map_or(drystone::Vec3::ZERO, |v| to_vec(v.0)));
             body.set_angular_velocity(data.angular.map_or(drystone::Vec3::ZERO, |w| to_vec(w.0)));
         }
+        // A joint that was refused between two bodies that do not move may hold now.
+        self.state.has_new_bodies |= result.is_ok();
         if let Err(error) = result {
             self.fault(link.world, Some(entity), error.to_string());
         }

@@ -100,6 +100,8 @@ pub(crate) struct SyncState {
     pub(crate) moving: Vec<Entity>,
     /// Whether bodies were added in this round, so that waiting joints may find their ends.
     pub(crate) has_new_bodies: bool,
+    /// Whether a world came or went.
+    pub(crate) has_other_worlds: bool,
 }
 
 /// The work of one round.
@@ -141,7 +143,8 @@ pub(crate) fn read_changes(
     }
     let mut todo = core::mem::take(&mut *pending);
     state.round += 1;
-    (state.has_new_bodies, state.rewrite) = (false, Vec::new());
+    (state.has_new_bodies, state.has_other_worlds) = (false, todo.all);
+    state.rewrite.clear();
     let mut sync = Sync {
         scene: &scene,
         records: &mut records,

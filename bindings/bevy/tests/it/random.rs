@@ -81,6 +81,9 @@ struct Program {
     all: Vec<Entity>,
     joints: Vec<Entity>,
     worlds: Vec<Entity>,
+    /// The seed and the step, for failures.
+    at: (u64, usize),
+    faults: Vec<String>,
 }
 
 impl Program {
@@ -88,7 +91,7 @@ impl Program {
         let mut game = Game::new();
         let second = game.spawn(PhysicsWorld::default());
         let worlds = vec![second];
-        Self { game, dice: Dice(seed), all: Vec::new(), joints: Vec::new(), worlds }
+        Self { game, dice: Dice(seed), all: Vec::new(), joints: Vec::new(), worlds, at: (seed, 0), faults: Vec::new() }
     }
 
     fn ancestors(&self, entity: Entity) -> Vec<Entity> {
@@ -220,7 +223,10 @@ impl Program {
             assert!(body.kind() == wanted || self.is_refused(*e), "{e}: {:?}", body.kind());
             if up.len() == 1 && wanted != BodyKind::Kinematic && !self.is_refused(*e) {
                 let place = world.get::<Transform>(*e).expect("a transform").translation;
-                assert_eq!(place.to_array(), body.position().to_array(), "{e}");
+                // The engine stores the center of mass: where colliders move it, the origin is
+                // rounded anew, by a few last digits of coordinates below 32 m.
+                let gap = drystone::Vec3::from(place.to_array()) - body.position();
+                assert!(gap.length() < 8.0 * 32.0 * f32::EPSILON, "{e}: {gap:?}");
             }
         }
         assert!(known > 0 || self.all.len() < 8, "some bodies must be there");
@@ -259,7 +265,14 @@ impl Program {
         let count = record.shapes().len();
         if count == 0 {
             let body = world.get::<PhysicsBody>(owner).and_then(PhysicsBody::body);
-            assert!(body.is_none() || self.may_be_refused(e, owner, collider), "{e} has no shape");
+            let told = || {
+                let kind = world.get::<RigidBody>(owner);
+                let scales = up.iter().map(|e| world.get::<Transform>(*e).map(|place| place.scale));
+                let scales: Vec<_> = scales.collect();
+                format!("{:?}: {e} of {owner} has no shape: {collider:?} {kind:?} {scales:?} {:?}", self.at, self.faults.iter().rev().take(30).collect::<Vec<_>>())
+            };
+            let is_fine = body.is_none() || self.may_be_refused(e, owner, collider);
+            assert!(is_fine, "{}", told());
             return;
         }
         assert_eq!(record.body(), Some(owner), "{e} is on another body");
@@ -297,11 +310,14 @@ impl Program {
 
 fn run(seed: u64, steps: usize) {
     let mut program = Program::new(seed);
-    for _ in 0..steps {
+    for step in 0..steps {
+        program.at = (seed, step);
         for _ in 0..program.dice.below(7) {
             program.act();
         }
         program.game.run(1);
+        let faults = program.game.faults();
+        program.faults.extend(faults.into_iter().map(|fault| format!("{step}: {fault}")));
         program.check();
         if program.all.len() > 60 {
             for e in program.all.split_off(30) {
@@ -313,7 +329,6 @@ fn run(seed: u64, steps: usize) {
             program.all.retain(|e| world.get_entity(*e).is_ok());
         }
     }
-    program.game.faults();
     for e in core::mem::take(&mut program.all) {
         if program.game.app.world().get_entity(e).is_ok() {
             program.game.despawn(e);
