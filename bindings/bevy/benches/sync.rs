@@ -1,14 +1,14 @@
 //! Times of the parts of a physics frame: reading changes, the step, writing what moved.
 //!
-//! `cargo bench -p bevy_drystone` prints the median of the frames, in milliseconds, with the hash of
-//! the world at the end.
+//! `cargo bench -p bevy_drystone` prints the median of the frames, in milliseconds, with the hash
+//! of the world at the end.
 
 use core::time::Duration;
 use std::time::Instant;
 
 use bevy_app::{App, FixedPostUpdate};
-use bevy_drystone::prelude::*;
 use bevy_drystone::DefaultPhysicsWorld;
+use bevy_drystone::prelude::*;
 use bevy_ecs::prelude::{IntoScheduleConfigs, ResMut, Resource};
 use bevy_math::Vec3;
 use bevy_time::{TimePlugin, TimeUpdateStrategy};
@@ -109,7 +109,9 @@ fn main() {
         for l in 0..100_u8 {
             for m in 0..10_u8 {
                 let at = [k, l, m].map(|n| 2.0 * f32::from(n));
-                fixed.world_mut().spawn((Collider::sphere(0.5), Transform::from_xyz(at[0], at[1], at[2])));
+                fixed
+                    .world_mut()
+                    .spawn((Collider::sphere(0.5), Transform::from_xyz(at[0], at[1], at[2])));
             }
         }
     }

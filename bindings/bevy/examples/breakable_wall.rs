@@ -27,7 +27,7 @@ fn setup(mut commands: Commands<'_, '_>) {
         let brick = (RigidBody::Dynamic, Collider::cuboid(1.0, 1.0, 0.5), place);
         bricks.push(commands.spawn(brick).id());
     }
-    let mortar = JointStrength { force: 40_000.0, torque: 20_000.0, ..JointStrength::default() };
+    let mortar = JointStrength { force: 250_000.0, torque: 120_000.0, ..JointStrength::default() };
     let mut join = |a: usize, b: usize| {
         let between = (center(a) + center(b)) * 0.5;
         commands.spawn((FixedJoint::new(bricks[a], bricks[b]).at(between), mortar));
@@ -66,5 +66,5 @@ fn main() {
     (0..64).for_each(|_| app.update());
     let broken = app.world().resource::<Broken>().0;
     println!("{broken} of {} joints broke", WIDTH * (HEIGHT - 1) + (WIDTH - 1) * HEIGHT);
-    assert!(broken > 4, "at least the joints of a brick");
+    assert!(broken > 4 && broken < 60, "a hole, and the rest holds");
 }

@@ -34,7 +34,7 @@ fn main() {
     let mut app = App::new();
     app.add_plugins((TimePlugin, DrystonePlugin::default())).add_systems(Startup, setup);
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(15_625)));
-    let mut run = |app: &mut App, frames: u32| {
+    let run = |app: &mut App, frames: u32| {
         (0..frames).for_each(|_| app.update());
         app.world_mut().run_system_once(angle).expect("a query alone")
     };

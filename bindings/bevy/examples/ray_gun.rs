@@ -17,10 +17,21 @@ struct Gunner;
 
 fn setup(mut commands: Commands<'_, '_>) {
     commands.spawn(Collider::half_space(Vec3::Y));
-    commands.spawn((Gunner, RigidBody::Kinematic, Collider::capsule(0.3, 1.0), Transform::from_xyz(0.0, 1.0, 0.0)));
+    commands.spawn((
+        Gunner,
+        RigidBody::Kinematic,
+        Collider::capsule(0.3, 1.0),
+        Transform::from_xyz(0.0, 1.0, 0.0),
+    ));
     for x in [4.0, 6.0, 8.0] {
         let place = Transform::from_xyz(x, 0.5, 0.0);
-        commands.spawn((Target, RigidBody::Dynamic, Collider::cuboid(1.0, 1.0, 1.0), Mass(10.0), place));
+        commands.spawn((
+            Target,
+            RigidBody::Dynamic,
+            Collider::cuboid(1.0, 1.0, 1.0),
+            Mass(10.0),
+            place,
+        ));
     }
 }
 

@@ -122,8 +122,7 @@ impl Collider {
     pub fn compound(parts: impl IntoIterator<Item = (Vec3, Quat, Self)>) -> Self {
         let placed = parts.into_iter().flat_map(|(position, rotation, collider)| {
             let outer = Pose { position: to_vec(position), rotation: to_quat(rotation) };
-            let place =
-                move |part: &Part| Part { pose: outer.compose(&part.pose), ..part.clone() };
+            let place = move |part: &Part| Part { pose: outer.compose(&part.pose), ..part.clone() };
             collider.parts.iter().map(place).collect::<Vec<_>>()
         });
         Self { parts: placed.collect() }

@@ -219,8 +219,7 @@ impl Delivery<'_, '_> {
             let Ok(mut record) = self.joints.get_mut(joint) else { continue };
             (record.link, record.is_broken) = (None, true);
             let ends = [broken.body_a, broken.body_b].map(|body| physics.world.body(body));
-            let entity =
-                |body: drystone::BodyRef<'_>| Entity::try_from_bits(body.user_data());
+            let entity = |body: drystone::BodyRef<'_>| Entity::try_from_bits(body.user_data());
             let [body1, body2] = ends.map(|body| body.and_then(entity));
             let Some((body1, body2)) = body1.zip(body2) else { continue };
             told.breaks.push(JointBroke {

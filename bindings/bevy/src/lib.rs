@@ -62,9 +62,7 @@ pub use self::joint::{
     RevoluteJoint, RopeJoint, SphericalJoint,
 };
 pub use self::plugin::{DrystonePlugin, PhysicsSystems};
-pub use self::query::{
-    Projection, RayHitData, ShapeHitData, SpatialQuery, SpatialQueryFilter,
-};
+pub use self::query::{Projection, RayHitData, ShapeHitData, SpatialQuery, SpatialQueryFilter};
 pub use self::surface::{
     CoefficientCombine, ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed,
     KineticFriction, OneWay, Restitution, RollingResistance, Sensor, SensorSenses,

@@ -1,10 +1,11 @@
 //! The plugin and its schedule.
 
-use bevy_app::{App, FixedFirst, FixedPostUpdate, Plugin, RunFixedMainLoop, RunFixedMainLoopSystems};
+use bevy_app::{
+    App, FixedFirst, FixedPostUpdate, Plugin, RunFixedMainLoop, RunFixedMainLoopSystems,
+};
 use bevy_ecs::intern::Interned;
 use bevy_ecs::prelude::{
-    Commands, Entity, IntoScheduleConfigs, Query, Res, ResMut, Resource, SystemSet,
-    With,
+    Commands, Entity, IntoScheduleConfigs, Query, Res, ResMut, Resource, SystemSet, With,
 };
 use bevy_ecs::schedule::ScheduleLabel;
 use drystone::World;

@@ -4,8 +4,8 @@ use bevy_app::App;
 
 use crate::body::{
     AngularDamping, AngularVelocity, ConstantForce, ConstantTorque, GravityScale, LinearDamping,
-    LinearVelocity, LockedAxes, Mass, MassProperties, NoInterpolation, RigidBody, RigidBodyDisabled,
-    SleepThreshold, Sleeping, SleepingDisabled,
+    LinearVelocity, LockedAxes, Mass, MassProperties, NoInterpolation, RigidBody,
+    RigidBodyDisabled, SleepThreshold, Sleeping, SleepingDisabled,
 };
 use crate::collider::Collider;
 use crate::events::{
@@ -17,8 +17,9 @@ use crate::joint::{
     RevoluteJoint, RopeJoint, SphericalJoint,
 };
 use crate::surface::{
-    ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed, KineticFriction, OneWay,
-    Restitution, RollingResistance, Sensor, SensorSenses, SpinningResistance, SurfaceVelocity,
+    ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed, KineticFriction,
+    OneWay, Restitution, RollingResistance, Sensor, SensorSenses, SpinningResistance,
+    SurfaceVelocity,
 };
 use crate::world::{DefaultPhysicsWorld, Gravity, InWorld, PhysicsOrder, PhysicsTime};
 

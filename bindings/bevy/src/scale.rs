@@ -6,7 +6,7 @@ use drystone::math::trig;
 use drystone::{Hull, Mesh, Pose, Shape, Vec3, vec3};
 
 use crate::collider::Part;
-use crate::convert::times;
+use crate::convert::{same, times};
 
 /// Number of sides of a round shape that an uneven scale turns into a hull, and of rings of a
 /// ball's quarter. Its surface then lies within 2 % of the radius: 1 - cos(π/16).
@@ -23,12 +23,14 @@ pub(crate) fn scaled(part: &Part, scale: Vec3) -> Result<(Pose, Shape), String> 
     }
     if scale.x == 0.0 || scale.y == 0.0 || scale.z == 0.0 || !scale.is_finite() {
         let (x, y, z) = (scale.x, scale.y, scale.z);
-        return Err(format!("`scale` must be three finite numbers other than 0 (got {x}, {y}, {z})"));
+        return Err(format!(
+            "`scale` must be three finite numbers other than 0 (got {x}, {y}, {z})"
+        ));
     }
     let position = times(part.pose.position, scale);
     let is_turned = part.pose.rotation != drystone::Quat::IDENTITY;
     let size = vec3(scale.x.abs(), scale.y.abs(), scale.z.abs());
-    let is_even = size.x == size.y && size.y == size.z;
+    let is_even = same(size.x, size.y) && same(size.y, size.z);
     let is_positive = scale == size;
     if (is_even && is_positive) || !is_turned {
         let pose = Pose { position, ..part.pose };
@@ -58,8 +60,8 @@ pub(crate) fn scaled(part: &Part, scale: Vec3) -> Result<(Pose, Shape), String> 
 /// The shape under a scale along its own axes, if it keeps its kind. `size`: the scale without its
 /// signs.
 fn kept(shape: &Shape, scale: Vec3, size: Vec3) -> Result<Option<Shape>, String> {
-    let is_round = size.x == size.z;
-    let is_even = is_round && size.x == size.y;
+    let is_round = same(size.x, size.z);
+    let is_even = is_round && same(size.x, size.y);
     Ok(match shape {
         Shape::Sphere { radius } if is_even => Some(Shape::sphere(radius * size.x)),
         Shape::Capsule { half_height, radius } if is_even => {
@@ -149,6 +151,7 @@ fn fraction(k: usize, n: usize) -> f32 {
 mod tests {
     use super::scaled;
     use crate::collider::Part;
+    use crate::convert::same;
     use drystone::{Pose, Quat, Shape, Vec3, vec3};
 
     fn part(shape: Shape) -> Part {
@@ -158,8 +161,8 @@ mod tests {
     #[test]
     fn an_even_scale_keeps_the_kind_and_moves_the_part() {
         let (pose, shape) = scaled(&part(Shape::sphere(0.5)), Vec3::splat(2.0)).expect("a ball");
-        assert_eq!(pose.position.to_array(), [2.0, 4.0, 6.0]);
-        assert!(matches!(shape, Shape::Sphere { radius } if radius == 1.0));
+        assert_eq!(pose.position, vec3(2.0, 4.0, 6.0));
+        assert!(matches!(shape, Shape::Sphere { radius } if same(radius, 1.0)));
     }
 
     /// A box under a scale along the axes of its frame, but turned by a quarter about z against
@@ -199,6 +202,6 @@ mod tests {
     fn a_half_space_moves_with_its_plane() {
         let ground = Part { pose: Pose::IDENTITY, shape: Shape::half_space([0.0, 1.0, 0.0], 1.0) };
         let (_, shape) = scaled(&ground, vec3(1.0, 2.0, 1.0)).expect("ground");
-        assert!(matches!(shape, Shape::HalfSpace { offset, .. } if offset == 2.0));
+        assert!(matches!(shape, Shape::HalfSpace { offset, .. } if same(offset, 2.0)));
     }
 }

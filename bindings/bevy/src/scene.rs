@@ -16,8 +16,9 @@ use crate::body::{
 use crate::collider::Collider;
 use crate::convert::Placement;
 use crate::surface::{
-    ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed, KineticFriction, OneWay,
-    Restitution, RollingResistance, Sensor, SensorSenses, SpinningResistance, SurfaceVelocity,
+    ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed, KineticFriction,
+    OneWay, Restitution, RollingResistance, Sensor, SensorSenses, SpinningResistance,
+    SurfaceVelocity,
 };
 use crate::world::{DefaultPhysicsWorld, InWorld, PhysicsOrder, key};
 

@@ -39,20 +39,19 @@ pub(crate) fn step_worlds(
     }
 }
 
+/// The components of a body that a step writes, besides its transform.
+type Written = (
+    Option<&'static mut LinearVelocity>,
+    Option<&'static mut AngularVelocity>,
+    &'static mut PhysicsBody,
+    Has<ChildOf>,
+    Has<BodiesBelow>,
+);
+
 /// The entities that the end of a step writes.
 #[derive(SystemParam)]
 pub(crate) struct Writes<'w, 's> {
-    bodies: Query<
-        'w,
-        's,
-        (
-            Option<&'static mut LinearVelocity>,
-            Option<&'static mut AngularVelocity>,
-            &'static mut PhysicsBody,
-            Has<ChildOf>,
-            Has<BodiesBelow>,
-        ),
-    >,
+    bodies: Query<'w, 's, Written>,
     transforms: Query<'w, 's, &'static mut Transform>,
     parents: Query<'w, 's, &'static ChildOf>,
     children: Query<'w, 's, &'static Children>,
@@ -143,8 +142,8 @@ impl Writes<'_, '_> {
             let Some(link) = record.link else { continue };
             let Ok((_, physics)) = worlds.get(link.world) else { continue };
             let Some(body) = physics.world.body(link.body) else { continue };
-            let moves = record.linear != bevy_math::Vec3::ZERO
-                || record.angular != bevy_math::Vec3::ZERO;
+            let moves =
+                record.linear != bevy_math::Vec3::ZERO || record.angular != bevy_math::Vec3::ZERO;
             // Others follow their parents at the beginning of the next step.
             let is_free = match body.kind() {
                 BodyKind::Dynamic => true,
@@ -186,13 +185,18 @@ fn write_pose(
 }
 
 /// Inserts and removes [`Sleeping`] by the events of the step.
-fn write_sleep(physics: &PhysicsWorld, writes: &mut Writes<'_, '_>, commands: &mut Commands<'_, '_>) {
+fn write_sleep(
+    physics: &PhysicsWorld,
+    writes: &mut Writes<'_, '_>,
+    commands: &mut Commands<'_, '_>,
+) {
     let events = physics.world.events();
     for body in events.sleep.iter().chain(&events.wake) {
         let Some(body) = physics.world.body(*body) else { continue };
         let Some(entity) = Entity::try_from_bits(body.user_data()) else { continue };
         let Ok((_, _, mut record, ..)) = writes.bodies.get_mut(entity) else { continue };
-        if record.link.is_none_or(|link| link.body != body.id()) || body.is_asleep() == record.asleep
+        if record.link.is_none_or(|link| link.body != body.id())
+            || body.is_asleep() == record.asleep
         {
             continue;
         }

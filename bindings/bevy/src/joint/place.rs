@@ -84,8 +84,7 @@ impl JointEnds {
             JointPlace::Local { rotation1, rotation2, .. } => (rotation1, rotation2),
             JointPlace::World { .. } => (Quat::IDENTITY, Quat::IDENTITY),
         };
-        self.place =
-            JointPlace::Local { anchor1: first, anchor2: second, rotation1, rotation2 };
+        self.place = JointPlace::Local { anchor1: first, anchor2: second, rotation1, rotation2 };
     }
 
     /// The definition at this place.

@@ -83,8 +83,7 @@ impl Sync<'_, '_, '_, '_, '_> {
     pub(super) fn sort_out(&mut self) -> (Vec<Attached>, Vec<Entity>) {
         let (mut attached, mut existing) = (Vec::new(), Vec::new());
         for entity in self.dirty.clone() {
-            let owner =
-                self.scene.colliders.contains(entity).then(|| self.scene.owner(entity));
+            let owner = self.scene.colliders.contains(entity).then(|| self.scene.owner(entity));
             let record = self.records.colliders.get(entity);
             let (was, of) = record.map_or((None, None), |record| (record.owner, record.world));
             if was.is_some() {
@@ -236,7 +235,8 @@ impl Sync<'_, '_, '_, '_, '_> {
         }
     }
 
-    /// Sets the kind of a body, if it admits more shapes than the last one or fewer, as `more` says.
+    /// Sets the kind of a body, if it admits more shapes than the last one, or fewer, as `more`
+    /// says.
     fn set_kind(&mut self, entity: Entity, more: bool) {
         let (Some(link), Some(kind)) = (self.link(entity), self.scene.kind(entity)) else { return };
         let Ok(data) = self.scene.hosts.get(entity) else { return };

@@ -70,6 +70,8 @@ type ColliderChanges = Or<(
     Changed<SensorSenses>,
 )>;
 
+type VelocityChanges = Or<(Changed<LinearVelocity>, Changed<AngularVelocity>)>;
+
 /// The entities with changed values.
 #[derive(SystemParam)]
 pub(crate) struct Changes<'w, 's> {
@@ -77,12 +79,7 @@ pub(crate) struct Changes<'w, 's> {
     colliders: Query<'w, 's, Entity, (With<PhysicsBody>, ColliderChanges)>,
     places: Query<'w, 's, Entity, (With<PhysicsBody>, Changed<Transform>)>,
     trees: Query<'w, 's, Entity, (With<BodiesBelow>, Changed<Transform>)>,
-    velocities: Query<
-        'w,
-        's,
-        Entity,
-        (With<PhysicsBody>, Or<(Changed<LinearVelocity>, Changed<AngularVelocity>)>),
-    >,
+    velocities: Query<'w, 's, Entity, (With<PhysicsBody>, VelocityChanges)>,
     pub(super) forces: Query<'w, 's, (Entity, &'static mut PendingForces), Changed<PendingForces>>,
     every: Query<'w, 's, Entity, With<PhysicsBody>>,
 }
@@ -123,7 +120,6 @@ pub(crate) struct Sync<'a, 'w, 's, 'v, 't> {
 }
 
 /// The system that reads all changes.
-#[expect(clippy::too_many_arguments, reason = "each is a resource of its own")]
 pub(crate) fn read_changes(
     scene: Scene<'_, '_>,
     mut records: Records<'_, '_>,

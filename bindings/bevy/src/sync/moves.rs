@@ -98,7 +98,8 @@ impl Sync<'_, '_, '_, '_, '_> {
         let Ok(mut physics) = self.records.worlds.get_mut(link.world) else { return };
         let Some(mut body) = physics.world.body_mut(link.body) else { return };
         let stays = same_pose(&body.get().pose(), &pose);
-        let moves = record.linear != bevy_math::Vec3::ZERO || record.angular != bevy_math::Vec3::ZERO;
+        let moves =
+            record.linear != bevy_math::Vec3::ZERO || record.angular != bevy_math::Vec3::ZERO;
         match body.get().kind() {
             BodyKind::Static => {
                 if !stays {
@@ -127,5 +128,6 @@ impl Sync<'_, '_, '_, '_, '_> {
 
 /// Whether two poses are equal. The engine stores rotations normalized.
 fn same_pose(now: &Pose, wanted: &Pose) -> bool {
-    now == wanted || (now.position == wanted.position && now.rotation == wanted.rotation.normalized())
+    now == wanted
+        || (now.position == wanted.position && now.rotation == wanted.rotation.normalized())
 }

@@ -6,7 +6,7 @@ use drystone::{BodyId, BodyKind, DefError, Material, Pose, Shape, ShapeDef, Shap
 
 use super::Sync;
 use crate::body::BodyLink;
-use crate::convert::to_vec;
+use crate::convert::{same, to_vec};
 use crate::scale::scaled;
 use crate::scene::SurfaceDataItem;
 use crate::world::GoneShape;
@@ -79,7 +79,8 @@ impl Sync<'_, '_, '_, '_, '_> {
         let ids = record.shapes.clone();
         let Ok(mut physics) = self.records.worlds.get_mut(link.world) else { return };
         let world = &mut physics.world;
-        let belongs = |id: &ShapeId| world.shape(*id).is_some_and(|shape| shape.body() == link.body);
+        let belongs =
+            |id: &ShapeId| world.shape(*id).is_some_and(|shape| shape.body() == link.body);
         let mut errors = Vec::new();
         if ids.len() == defs.len() && ids.iter().all(belongs) {
             for (id, def) in ids.iter().zip(defs) {
@@ -192,7 +193,7 @@ fn change_shape(
     if now.position != def.pose.position || now.rotation != rotation.normalized() {
         note(shape.set_local_pose(def.pose));
     }
-    if shape.get().density() != def.density {
+    if !same(shape.get().density(), def.density) {
         note(shape.set_density(def.density));
     }
     if shape.get().is_sensor() != def.sensor {

@@ -8,7 +8,7 @@ use drystone::DefError;
 
 use super::Sync;
 use crate::body::BodyLink;
-use crate::convert::{same_vec, to_vec};
+use crate::convert::{same, same_vec, to_vec};
 use crate::forces::PendingForces;
 
 impl Sync<'_, '_, '_, '_, '_> {
@@ -20,12 +20,13 @@ impl Sync<'_, '_, '_, '_, '_> {
         let Ok(mut physics) = self.records.worlds.get_mut(link.world) else { return };
         let Some(mut body) = physics.world.body_mut(link.body) else { return };
         let scale = data.gravity_scale.copied().unwrap_or_default().0;
-        if body.get().gravity_scale() != scale {
+        if !same(body.get().gravity_scale(), scale) {
             body.set_gravity_scale(scale);
         }
         let linear = data.linear_damping.copied().unwrap_or_default().0;
         let angular = data.angular_damping.copied().unwrap_or_default().0;
-        if body.get().damping() != [linear, angular] {
+        let [now_linear, now_angular] = body.get().damping();
+        if !same(now_linear, linear) || !same(now_angular, angular) {
             body.set_damping(linear, angular);
         }
         let locks = data.locks.copied().unwrap_or_default().locks();

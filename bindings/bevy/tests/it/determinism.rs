@@ -1,8 +1,8 @@
 //! The same bits for any number of threads and any order of spawns, and after a rollback.
 
 use bevy_drystone::{
-    AngularVelocity, Collider, DrystonePlugin, Friction, LinearVelocity, PhysicsOrder, PhysicsWorld,
-    Restitution, RigidBody,
+    AngularVelocity, Collider, DrystonePlugin, Friction, LinearVelocity, PhysicsOrder,
+    PhysicsWorld, Restitution, RigidBody,
 };
 use bevy_ecs::prelude::{Component, Entity, Query, With};
 use bevy_math::Vec3;
@@ -78,7 +78,10 @@ fn changes_of_many_bodies_do_not_depend_on_archetypes() {
             }
         });
         let gone: Vec<Entity> = game.ask(|all: Query<'_, '_, (Entity, &PhysicsOrder)>| {
-            all.iter().filter(|(_, order)| order.0 % 9 == 2).map(|(entity, _)| entity).collect::<Vec<_>>()
+            all.iter()
+                .filter(|(_, order)| order.0 % 9 == 2)
+                .map(|(entity, _)| entity)
+                .collect::<Vec<_>>()
         });
         gone.into_iter().for_each(|entity| game.despawn(entity));
         game.run(60);

@@ -3,11 +3,11 @@
 use core::time::Duration;
 
 use bevy_app::{App, FixedUpdate};
-use bevy_ecs::component::Mutable;
 use bevy_drystone::{
     Collider, DefaultPhysicsWorld, DrystonePlugin, PhysicsBody, PhysicsFault, PhysicsWorld,
     RigidBody,
 };
+use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::{Bundle, Component, Entity, IntoSystem, Messages, Query};
 use bevy_ecs::system::RunSystemOnce;
 use bevy_math::Vec3;
@@ -126,10 +126,7 @@ impl Game {
     }
 
     /// Runs a system now.
-    pub(crate) fn ask<T: 'static, M>(
-        &mut self,
-        system: impl IntoSystem<(), T, M> + 'static,
-    ) -> T {
+    pub(crate) fn ask<T: 'static, M>(&mut self, system: impl IntoSystem<(), T, M> + 'static) -> T {
         self.app.world_mut().run_system_once(system).expect("valid parameters")
     }
 
@@ -146,7 +143,10 @@ impl Game {
     /// the transform of each root is the body's pose.
     pub(crate) fn check(&mut self) {
         let linked = self.ask(|bodies: Query<'_, '_, (Entity, &PhysicsBody)>| {
-            bodies.iter().filter_map(|(e, body)| Some((e, body.world()?, body.body()?))).collect::<Vec<_>>()
+            bodies
+                .iter()
+                .filter_map(|(e, body)| Some((e, body.world()?, body.body()?)))
+                .collect::<Vec<_>>()
         });
         let mut worlds = self.app.world_mut().query::<(Entity, &PhysicsWorld)>();
         let mut bodies = 0;

@@ -84,7 +84,7 @@ fn bodies_that_nothing_pushes_follow_their_parents() {
     game.run(1);
     game.change::<Transform>(ship, |place| place.translation.x = 3.0);
     game.run(1);
-    assert_eq!(game.body(wall).position().to_array(), [3.0, 0.0, 5.0]);
+    assert_eq!(game.body(wall).position(), drystone::vec3(3.0, 0.0, 5.0));
     assert!(near(game.body(oar).position().x, 5.0, 1e-5));
     assert_eq!(game.place(wall), Vec3::new(0.0, 0.0, 5.0));
     game.run(4);

@@ -52,7 +52,9 @@ fn each_kind_holds_what_it_says() {
     let anchor = Vec3::ZERO;
     let fixed = game.spawn(FixedJoint::new(frame, a).at(anchor));
     let b = game.cube([0.0, 0.0, 3.0]);
-    game.spawn(PrismaticJoint::new(frame, b).at(Vec3::Z * 3.0).with_axis(Vec3::Y).with_limits(-0.5, 0.5));
+    game.spawn(
+        PrismaticJoint::new(frame, b).at(Vec3::Z * 3.0).with_axis(Vec3::Y).with_limits(-0.5, 0.5),
+    );
     let c = game.cube([0.0, -2.0, 6.0]);
     game.spawn(RopeJoint::new(frame, c, 2.0).between(Vec3::Z * 6.0, Vec3::new(0.0, -2.0, 6.0)));
     let d = game.cube([3.0, 0.0, 9.0]);

@@ -56,7 +56,8 @@ fn a_predicate_and_an_excluded_body_hide_colliders() {
         let one = query
             .cast_ray_predicate(Vec3::ZERO, Dir3::X, 9.0, true, &all, &|entity| entity != near_one);
         let others = SpatialQueryFilter::from_excluded_entities([body]);
-        [one, query.cast_ray(Vec3::ZERO, Dir3::X, 9.0, true, &others)].map(|hit| hit.map(|h| h.entity))
+        [one, query.cast_ray(Vec3::ZERO, Dir3::X, 9.0, true, &others)]
+            .map(|hit| hit.map(|h| h.entity))
     });
     assert_eq!(found, [Some(far), Some(far)]);
 }
@@ -96,7 +97,9 @@ fn a_query_sees_the_world_that_it_names() {
     let there = game.spawn((Collider::sphere(0.5), at(2.0), InWorld(other)));
     game.run(1);
     let find = |game: &mut Game, filter: SpatialQueryFilter| {
-        game.ask(move |query: SpatialQuery<'_, '_>| query.point_intersections(Vec3::X * 2.0, &filter))
+        game.ask(move |query: SpatialQuery<'_, '_>| {
+            query.point_intersections(Vec3::X * 2.0, &filter)
+        })
     };
     assert!(find(&mut game, SpatialQueryFilter::default()).is_empty());
     assert_eq!(find(&mut game, SpatialQueryFilter::default().in_world(other)), [there]);

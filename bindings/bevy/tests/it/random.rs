@@ -53,9 +53,9 @@ impl Dice {
             4 => Collider::half_space(Vec3::Y),
             5 => Collider::convex_hull(&corners).expect("a tetrahedron"),
             6 => Collider::trimesh(&corners, vec![[0, 1, 2], [1, 2, 3]]).expect("triangles"),
-            7 => Collider::compound([-1.0, 1.0].map(|x| {
-                (Vec3::X * x, Quat::IDENTITY, Collider::sphere(0.4))
-            })),
+            7 => Collider::compound(
+                [-1.0, 1.0].map(|x| (Vec3::X * x, Quat::IDENTITY, Collider::sphere(0.4))),
+            ),
             _ => Collider::sphere(0.5),
         }
     }
@@ -91,7 +91,15 @@ impl Program {
         let mut game = Game::new();
         let second = game.spawn(PhysicsWorld::default());
         let worlds = vec![second];
-        Self { game, dice: Dice(seed), all: Vec::new(), joints: Vec::new(), worlds, at: (seed, 0), faults: Vec::new() }
+        Self {
+            game,
+            dice: Dice(seed),
+            all: Vec::new(),
+            joints: Vec::new(),
+            worlds,
+            at: (seed, 0),
+            faults: Vec::new(),
+        }
     }
 
     fn ancestors(&self, entity: Entity) -> Vec<Entity> {
@@ -192,7 +200,7 @@ impl Program {
         }
     }
 
-    /// What each entity must be in the engine, told from the components alone.
+    /// Compares the engine with a picture of it that is made from the components alone.
     fn check(&mut self) {
         self.game.check();
         let world = self.game.app.world();
@@ -236,9 +244,12 @@ impl Program {
         for joint in &self.joints {
             let id = world.get::<bevy_drystone::PhysicsJoint>(*joint).and_then(|j| j.joint());
             let is_there = |physics: &PhysicsWorld| {
-                id.is_some_and(|id| physics.world().joint(id).is_some_and(|found| {
-                    found.user_data() == joint.to_bits()
-                }))
+                id.is_some_and(|id| {
+                    physics
+                        .world()
+                        .joint(id)
+                        .is_some_and(|found| found.user_data() == joint.to_bits())
+                })
             };
             let worlds = self.worlds.iter().copied().chain([self.game.default_world()]);
             let found = worlds.filter_map(|w| world.get::<PhysicsWorld>(w)).any(is_there);
@@ -269,7 +280,11 @@ impl Program {
                 let kind = world.get::<RigidBody>(owner);
                 let scales = up.iter().map(|e| world.get::<Transform>(*e).map(|place| place.scale));
                 let scales: Vec<_> = scales.collect();
-                format!("{:?}: {e} of {owner} has no shape: {collider:?} {kind:?} {scales:?} {:?}", self.at, self.faults.iter().rev().take(30).collect::<Vec<_>>())
+                format!(
+                    "{:?}: {e} of {owner} has no shape: {collider:?} {kind:?} {scales:?} {:?}",
+                    self.at,
+                    self.faults.iter().rev().take(30).collect::<Vec<_>>()
+                )
             };
             let is_fine = body.is_none() || self.may_be_refused(e, owner, collider);
             assert!(is_fine, "{}", told());
@@ -291,12 +306,11 @@ impl Program {
     fn may_be_refused(&self, e: Entity, owner: Entity, collider: &Collider) -> bool {
         let world = self.game.app.world();
         let kind = world.get::<RigidBody>(owner).copied().unwrap_or(RigidBody::Static);
-        let is_flat = collider.shapes().any(|(_, shape)| {
-            matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. })
-        });
-        let is_bad = |e: Entity| {
-            world.get::<Friction>(e).is_some_and(|friction| friction.coefficient < 0.0)
-        };
+        let is_flat = collider
+            .shapes()
+            .any(|(_, shape)| matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }));
+        let is_bad =
+            |e: Entity| world.get::<Friction>(e).is_some_and(|friction| friction.coefficient < 0.0);
         let scaled = |e: &Entity| {
             world.get::<Transform>(*e).is_some_and(|place| place.scale.abs().min_element() < 0.3)
         };
