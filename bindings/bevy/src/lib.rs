@@ -26,7 +26,12 @@
 //! `Transform` of a dynamic body is a teleport, of a kinematic one a target, of a static one a
 //! move.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod body;
+mod character;
 mod collider;
 mod convert;
 mod deliver;
@@ -50,6 +55,7 @@ pub use self::body::{
     LinearVelocity, LockedAxes, Mass, MassProperties, NoInterpolation, PhysicsBody, RigidBody,
     RigidBodyDisabled, SleepThreshold, Sleeping, SleepingDisabled,
 };
+pub use self::character::{CharacterHit, CharacterMove, CharacterMover, CharacterSettings};
 pub use self::collider::{Collider, ColliderError, PhysicsCollider};
 pub use self::events::{
     CollidingEntities, CollisionEnd, CollisionHit, CollisionStart, JointBroke, PhysicsFault,
@@ -64,9 +70,9 @@ pub use self::joint::{
 pub use self::plugin::{DrystonePlugin, PhysicsSystems};
 pub use self::query::{Projection, RayHitData, ShapeHitData, SpatialQuery, SpatialQueryFilter};
 pub use self::surface::{
-    CoefficientCombine, ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed,
-    KineticFriction, OneWay, Restitution, RollingResistance, Sensor, SensorSenses,
-    SpinningResistance, SurfaceVelocity,
+    ActiveCollisionHooks, CoefficientCombine, ColliderDensity, ColliderDisabled, CollisionLayers,
+    Friction, HitSpeed, KineticFriction, OneWay, Restitution, RollingResistance, Sensor,
+    SensorSenses, SpinningResistance, SurfaceVelocity,
 };
 pub use self::world::{
     DefaultPhysicsWorld, Gravity, InWorld, PhysicsOrder, PhysicsTime, PhysicsWorld,

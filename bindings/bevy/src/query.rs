@@ -3,7 +3,7 @@
 use bevy_ecs::entity::Entity;
 use bevy_ecs::system::{Query, Res, SystemParam};
 use bevy_math::{Dir3, Quat, Vec3};
-use drystone::query::{Inside, QueryFilter};
+use drystone::query::{BodyKinds, Inside, QueryFilter};
 use drystone::{BodyId, DefError, Filter, Pose, Shape, ShapeId, ShapeRef, World, limits};
 
 use crate::collider::{Collider, PhysicsCollider};
@@ -31,6 +31,8 @@ pub struct SpatialQueryFilter {
     pub excluded_entities: Vec<Entity>,
     /// Whether it sees sensors; default false.
     pub sees_sensors: bool,
+    /// The kinds of bodies whose colliders it sees; default all.
+    pub kinds: BodyKinds,
     /// The entity of the world; `None`: the default one.
     pub world: Option<Entity>,
 }
@@ -65,6 +67,12 @@ impl SpatialQueryFilter {
     #[must_use]
     pub fn with_sensors(self) -> Self {
         Self { sees_sensors: true, ..self }
+    }
+
+    /// Sees only the colliders of bodies of these kinds.
+    #[must_use]
+    pub fn with_kinds(self, kinds: BodyKinds) -> Self {
+        Self { kinds, ..self }
     }
 
     /// In the world of this entity.
@@ -275,7 +283,7 @@ impl SpatialQuery<'_, '_> {
     }
 
     /// Runs a query in the world of a filter. An error is logged.
-    fn ask<T>(
+    pub(crate) fn ask<T>(
         &self,
         filter: &SpatialQueryFilter,
         predicate: &(dyn Fn(Entity) -> bool + Sync),
@@ -301,6 +309,7 @@ impl SpatialQuery<'_, '_> {
         // The mask is tested above: a collider's own filters do not count for a query.
         let seen = QueryFilter {
             filter: None::<Filter>,
+            kinds: filter.kinds,
             sensors: filter.sees_sensors,
             predicate: Some(&is_seen),
             inside,
@@ -326,7 +335,7 @@ impl SpatialQuery<'_, '_> {
     }
 
     /// The collider of a shape.
-    fn entity(&self, world: &World, shape: ShapeId) -> Entity {
+    pub(crate) fn entity(&self, world: &World, shape: ShapeId) -> Entity {
         let entity = world.shape(shape).and_then(|found| Entity::try_from_bits(found.user_data()));
         // Shapes that the user added to the world have numbers of their own.
         let is_own = |entity: &Entity| {

@@ -17,9 +17,9 @@ use crate::joint::{
     RevoluteJoint, RopeJoint, SphericalJoint,
 };
 use crate::surface::{
-    ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed, KineticFriction,
-    OneWay, Restitution, RollingResistance, Sensor, SensorSenses, SpinningResistance,
-    SurfaceVelocity,
+    ActiveCollisionHooks, ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed,
+    KineticFriction, OneWay, Restitution, RollingResistance, Sensor, SensorSenses,
+    SpinningResistance, SurfaceVelocity,
 };
 use crate::world::{DefaultPhysicsWorld, Gravity, InWorld, PhysicsOrder, PhysicsTime};
 
@@ -44,6 +44,7 @@ pub(crate) fn register_types(app: &mut App) {
     app.register_type::<Collider>()
         .register_type::<ColliderDensity>()
         .register_type::<ColliderDisabled>()
+        .register_type::<ActiveCollisionHooks>()
         .register_type::<CollisionLayers>()
         .register_type::<Friction>()
         .register_type::<KineticFriction>()

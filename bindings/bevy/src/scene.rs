@@ -16,9 +16,9 @@ use crate::body::{
 use crate::collider::Collider;
 use crate::convert::Placement;
 use crate::surface::{
-    ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed, KineticFriction,
-    OneWay, Restitution, RollingResistance, Sensor, SensorSenses, SpinningResistance,
-    SurfaceVelocity,
+    ActiveCollisionHooks, ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed,
+    KineticFriction, OneWay, Restitution, RollingResistance, Sensor, SensorSenses,
+    SpinningResistance, SurfaceVelocity,
 };
 use crate::world::{DefaultPhysicsWorld, InWorld, PhysicsOrder, key};
 
@@ -75,6 +75,7 @@ pub(crate) struct ColliderData {
     pub(crate) senses: Option<&'static SensorSenses>,
     pub(crate) is_sensor: Has<Sensor>,
     pub(crate) is_disabled: Has<ColliderDisabled>,
+    pub(crate) has_hooks: Has<ActiveCollisionHooks>,
 }
 
 /// Read access to the entities.

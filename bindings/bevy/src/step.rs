@@ -31,7 +31,10 @@ pub(crate) fn step_worlds(
     }
     for (entity, mut physics) in &mut worlds {
         if limits::TIME_STEP.admits(dt) {
-            physics.world.step(dt);
+            match physics.hooks.clone() {
+                Some(hooks) => physics.world.step_with(dt, &*hooks),
+                None => physics.world.step(dt),
+            }
         } else {
             let text = format!("the step must be {} (got {dt})", limits::TIME_STEP.allowed);
             PhysicsFault { world: entity, entity: None, text }.report(&mut faults);

@@ -186,6 +186,13 @@ pub struct SensorSenses {
 #[reflect(Component, Default)]
 pub struct ColliderDisabled;
 
+/// Calls the hooks of its world for the contacts of a collider: see
+/// [`PhysicsWorld::set_hooks`](crate::PhysicsWorld::set_hooks).
+#[derive(Clone, Component, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[component(on_insert = look_again, on_remove = look_again)]
+#[reflect(Component, Default)]
+pub struct ActiveCollisionHooks;
+
 /// Minimum approach speed of the hits that a collider reports [m/s]; default: the world's, 1 m/s.
 #[derive(Clone, Component, Copy, Debug, PartialEq, Reflect)]
 #[component(on_remove = look_again)]

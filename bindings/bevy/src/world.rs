@@ -2,6 +2,7 @@
 
 use core::fmt;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use bevy_ecs::component::Component;
 use bevy_ecs::entity::Entity;
@@ -9,6 +10,7 @@ use bevy_ecs::reflect::{ReflectComponent, ReflectResource};
 use bevy_ecs::resource::Resource;
 use bevy_math::Vec3;
 use bevy_reflect::Reflect;
+use drystone::contact::ContactHooks;
 use drystone::{JointId, ShapeId, World};
 
 use crate::queue::{look_again, look_at_all};
@@ -29,6 +31,8 @@ pub struct PhysicsWorld {
     pub(crate) touching: BTreeMap<(Entity, Entity), u32>,
     /// The entities of joints, by slot: a joint that broke is no longer in the world.
     pub(crate) joints: Vec<Option<(JointId, Entity)>>,
+    /// Hooks of the contacts of its steps.
+    pub(crate) hooks: Option<Arc<dyn ContactHooks + Send + Sync>>,
     /// Number of the last step whose events were delivered.
     pub(crate) delivered: u64,
 }
@@ -62,6 +66,14 @@ impl PhysicsWorld {
     /// that moment into the entities: where both agree, nothing is changed and nothing wakes.
     pub const fn world_mut(&mut self) -> &mut World {
         &mut self.world
+    }
+
+    /// Sets the hooks that every step calls for the contacts of colliders with
+    /// [`ActiveCollisionHooks`](crate::ActiveCollisionHooks); `None`: no hooks. A hook may drop a
+    /// contact, or change its friction, restitution and softness for the step. Each world has its
+    /// own. The numbers of shapes in a hook are [`Entity::to_bits`] of their colliders.
+    pub fn set_hooks(&mut self, hooks: Option<Arc<dyn ContactHooks + Send + Sync>>) {
+        self.hooks = hooks;
     }
 
     /// The entity of a body; `None` for a body without an entity.

@@ -44,6 +44,7 @@ impl Sync<'_, '_, '_, '_, '_> {
                 surface_spin: to_vec(velocity.angular),
                 one_way: data.one_way.map(|front| to_vec(front.0)),
                 reports: surface.reports,
+                hooks: data.has_hooks,
                 enabled: !data.is_disabled,
                 user_data: entity.to_bits(),
                 ..ShapeDef::new(shape)
@@ -219,6 +220,9 @@ fn change_shape(
     }
     if shape.get().reports() != def.reports {
         note(shape.set_reports(def.reports));
+    }
+    if shape.get().has_hooks() != def.hooks {
+        shape.set_hooks(def.hooks);
     }
     if shape.get().is_enabled() != def.enabled {
         shape.set_enabled(def.enabled);

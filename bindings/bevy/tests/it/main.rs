@@ -1,6 +1,7 @@
 //! Tests of the plugin, without a window.
 
 mod bodies;
+mod character;
 mod determinism;
 mod events;
 mod game;
