@@ -46,6 +46,7 @@ mod register;
 mod scale;
 mod scene;
 mod step;
+mod strand;
 mod surface;
 mod sync;
 mod world;
@@ -69,6 +70,7 @@ pub use self::joint::{
 };
 pub use self::plugin::{DrystonePlugin, PhysicsSystems};
 pub use self::query::{Projection, RayHitData, ShapeHitData, SpatialQuery, SpatialQueryFilter};
+pub use self::strand::{Cloth, ParticlePositions, PhysicsStrand, Rope, RopeEnd};
 pub use self::surface::{
     ActiveCollisionHooks, CoefficientCombine, ColliderDensity, ColliderDisabled, CollisionLayers,
     Friction, HitSpeed, KineticFriction, OneWay, Restitution, RollingResistance, Sensor,

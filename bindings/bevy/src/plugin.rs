@@ -18,6 +18,7 @@ use crate::joint::read_joints;
 use crate::queue::{Pending, note_orphan, note_parent};
 use crate::register::register_types;
 use crate::step::{show_between, show_true, step_worlds, write_back};
+use crate::strand::{read_strands, write_strands};
 use crate::sync::{SyncState, read_changes};
 use crate::world::{DefaultPhysicsWorld, Gravity, PhysicsTime, PhysicsWorld};
 
@@ -111,11 +112,11 @@ impl Plugin for DrystonePlugin {
         app.configure_sets(self.schedule, order.chain()).add_systems(
             self.schedule,
             (
-                (keep_default_world, read_changes, read_joints)
+                (keep_default_world, read_changes, read_joints, read_strands)
                     .chain()
                     .in_set(PhysicsSystems::Prepare),
                 step_worlds.in_set(PhysicsSystems::StepSimulation),
-                (write_back, deliver).chain().in_set(PhysicsSystems::Writeback),
+                (write_back, write_strands, deliver).chain().in_set(PhysicsSystems::Writeback),
             ),
         );
         if self.interpolates {

@@ -8,11 +8,13 @@ use bevy_ecs::observer::On;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::ResMut;
 use bevy_ecs::world::DeferredWorld;
+use drystone::particle::ParticleId;
 use drystone::{BodyId, JointId, ShapeId};
 
 use crate::body::PhysicsBody;
 use crate::collider::PhysicsCollider;
 use crate::joint::PhysicsJoint;
+use crate::strand::PhysicsStrand;
 
 /// The queues. Entities in them may be despawned meanwhile, and may be listed several times.
 #[derive(Debug, Default, Resource)]
@@ -29,6 +31,10 @@ pub(crate) struct Pending {
     pub(crate) gone_shapes: Vec<(Entity, ShapeId)>,
     /// Joints whose entity lost its record, with the entity of their world.
     pub(crate) gone_joints: Vec<(Entity, JointId)>,
+    /// Ropes and cloths.
+    pub(crate) strands: Vec<Entity>,
+    /// Particles whose entity lost its record, with the entity of their world.
+    pub(crate) gone_strands: Vec<(Entity, ParticleId)>,
     /// Lists of touching colliders that were inserted since the last step.
     pub(crate) lists: Vec<Entity>,
     /// Whether a world came or went, so that every body counts as dirty.
@@ -97,6 +103,23 @@ pub(crate) fn joint_gone(mut world: DeferredWorld<'_>, context: HookContext) {
     let link = world.get::<PhysicsJoint>(context.entity).and_then(|record| record.link);
     if let (Some(link), Some(mut pending)) = (link, pending(&mut world)) {
         pending.gone_joints.push(link);
+    }
+}
+
+/// The hook of ropes and cloths.
+pub(crate) fn look_at_strand(mut world: DeferredWorld<'_>, context: HookContext) {
+    if let Some(mut pending) = pending(&mut world) {
+        pending.strands.push(context.entity);
+    }
+}
+
+pub(crate) fn strand_gone(mut world: DeferredWorld<'_>, context: HookContext) {
+    let record = world.get_mut::<PhysicsStrand>(context.entity);
+    let Some((of, all)) = record.map(|mut r| (r.world, core::mem::take(&mut r.particles))) else {
+        return;
+    };
+    if let (Some(of), Some(mut pending)) = (of, pending(&mut world)) {
+        pending.gone_strands.extend(all.into_iter().map(|particle| (of, particle)));
     }
 }
 

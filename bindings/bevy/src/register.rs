@@ -16,6 +16,7 @@ use crate::joint::{
     DistanceJoint, FixedJoint, JointCollisionEnabled, JointDisabled, JointStrength, PrismaticJoint,
     RevoluteJoint, RopeJoint, SphericalJoint,
 };
+use crate::strand::{Cloth, ParticlePositions, Rope};
 use crate::surface::{
     ActiveCollisionHooks, ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed,
     KineticFriction, OneWay, Restitution, RollingResistance, Sensor, SensorSenses,
@@ -66,6 +67,7 @@ pub(crate) fn register_types(app: &mut App) {
         .register_type::<JointStrength>()
         .register_type::<JointDisabled>()
         .register_type::<JointCollisionEnabled>();
+    app.register_type::<Rope>().register_type::<Cloth>().register_type::<ParticlePositions>();
     app.register_type::<InWorld>()
         .register_type::<PhysicsOrder>()
         .register_type::<Gravity>()

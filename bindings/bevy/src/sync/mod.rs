@@ -153,6 +153,8 @@ pub(crate) fn read_changes(
         dt: time.delta_secs() * pace.scale,
     };
     sync.pending.joints = core::mem::take(&mut todo.joints);
+    sync.pending.strands = core::mem::take(&mut todo.strands);
+    sync.pending.gone_strands = core::mem::take(&mut todo.gone_strands);
     sync.pending.lists = core::mem::take(&mut todo.lists);
     sync.pending.gone_joints = core::mem::take(&mut todo.gone_joints);
     sync.remove_gone(&mut todo);

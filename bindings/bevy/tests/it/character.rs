@@ -1,8 +1,8 @@
 //! Characters, and hooks of contacts.
 
 use bevy_drystone::{
-    ActiveCollisionHooks, CharacterMover, CharacterSettings, Collider, LinearVelocity, PhysicsWorld,
-    RigidBody, SpatialQueryFilter,
+    ActiveCollisionHooks, CharacterMover, CharacterSettings, Collider, LinearVelocity,
+    PhysicsWorld, RigidBody, SpatialQueryFilter,
 };
 use bevy_ecs::prelude::{Component, Entity, Query, Res};
 use bevy_math::Vec3;

@@ -10,3 +10,4 @@ mod joints;
 mod ownership;
 mod queries;
 mod random;
+mod strands;
