@@ -72,7 +72,10 @@ fn cloths_hang_from_their_corners() {
     let points = &game.get::<ParticlePositions>(flag).0;
     assert_eq!(points.len(), 81);
     assert_eq!([points[0], points[8]], [Vec3::ZERO, Vec3::X * 2.0]);
-    // Its far side hangs below, at most its length.
-    assert!(points[72..].iter().all(|p| p.y < -1.5 && p.y > -2.1), "{:?}", &points[72..]);
+    // Its far side swings about the held one, at its length: threads stretch by 1 % at most, and a
+    // fold takes a part of it.
+    let far = |p: &Vec3| (p.y * p.y + p.z * p.z).sqrt();
+    let is_taut = |p: &Vec3| p.y < 0.0 && far(p) > 1.8 && far(p) < 2.02;
+    assert!(points[72..].iter().all(is_taut), "{:?}", &points[72..]);
     assert!(game.place(ball).y > -2.0, "the net holds it: {}", game.place(ball));
 }
