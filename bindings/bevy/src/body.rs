@@ -10,7 +10,7 @@ use bevy_transform::components::Transform;
 use drystone::{AxisLocks, BodyId, BodyKind};
 
 use crate::forces::PendingForces;
-use crate::queue::{body_gone, look_again, look_below};
+use crate::queue::{body_gone, look_again, look_at_sleep, look_below};
 
 /// A body, and the cause of its motion. Insert another value to change it.
 ///
@@ -191,7 +191,7 @@ pub struct RigidBodyDisabled;
 /// A dynamic body at rest that is not computed. The plugin inserts and removes it. Insert it to put
 /// a body to sleep, with everything that it touches; remove it to wake the body.
 #[derive(Clone, Component, Copy, Debug, Default, PartialEq, Eq, Reflect)]
-#[component(storage = "SparseSet", on_insert = look_again, on_remove = look_again)]
+#[component(storage = "SparseSet", on_insert = look_at_sleep, on_remove = look_at_sleep)]
 #[reflect(Component, Default)]
 pub struct Sleeping;
 

@@ -19,7 +19,7 @@ use crate::queue::{Pending, note_orphan, note_parent};
 use crate::register::register_types;
 use crate::step::{show_between, show_true, step_worlds, write_back};
 use crate::strand::{read_strands, write_strands};
-use crate::sync::{SyncState, read_changes};
+use crate::sync::{SyncState, read_changes, scan};
 use crate::world::{DefaultPhysicsWorld, Gravity, PhysicsTime, PhysicsWorld};
 
 /// Adds physics to an app.
@@ -112,7 +112,7 @@ impl Plugin for DrystonePlugin {
         app.configure_sets(self.schedule, order.chain()).add_systems(
             self.schedule,
             (
-                (keep_default_world, read_changes, read_joints, read_strands)
+                (keep_default_world, scan, read_changes, read_joints, read_strands)
                     .chain()
                     .in_set(PhysicsSystems::Prepare),
                 step_worlds.in_set(PhysicsSystems::StepSimulation),

@@ -31,6 +31,8 @@ pub(crate) struct Pending {
     pub(crate) gone_shapes: Vec<(Entity, ShapeId)>,
     /// Joints whose entity lost its record, with the entity of their world.
     pub(crate) gone_joints: Vec<(Entity, JointId)>,
+    /// Bodies that got or lost `Sleeping`.
+    pub(crate) sleepers: Vec<Entity>,
     /// Ropes and cloths.
     pub(crate) strands: Vec<Entity>,
     /// Particles whose entity lost its record, with the entity of their world.
@@ -103,6 +105,13 @@ pub(crate) fn joint_gone(mut world: DeferredWorld<'_>, context: HookContext) {
     let link = world.get::<PhysicsJoint>(context.entity).and_then(|record| record.link);
     if let (Some(link), Some(mut pending)) = (link, pending(&mut world)) {
         pending.gone_joints.push(link);
+    }
+}
+
+/// The hook of `Sleeping`.
+pub(crate) fn look_at_sleep(mut world: DeferredWorld<'_>, context: HookContext) {
+    if let Some(mut pending) = pending(&mut world) {
+        pending.sleepers.push(context.entity);
     }
 }
 

@@ -33,9 +33,6 @@ pub(crate) struct BodiesBelow;
 /// All components that describe a body.
 #[derive(QueryData)]
 pub(crate) struct HostData {
-    pub(crate) body: Option<&'static RigidBody>,
-    pub(crate) world: Option<&'static InWorld>,
-    pub(crate) order: Option<&'static PhysicsOrder>,
     pub(crate) linear: Option<&'static LinearVelocity>,
     pub(crate) angular: Option<&'static AngularVelocity>,
     pub(crate) mass: Option<&'static Mass>,
@@ -82,6 +79,9 @@ pub(crate) struct ColliderData {
 #[derive(SystemParam)]
 pub(crate) struct Scene<'w, 's> {
     pub(crate) hosts: Query<'w, 's, HostData>,
+    kinds: Query<'w, 's, &'static RigidBody>,
+    worlds: Query<'w, 's, &'static InWorld>,
+    orders: Query<'w, 's, &'static PhysicsOrder>,
     pub(crate) colliders: Query<'w, 's, ColliderData>,
     pub(crate) surfaces: Query<'w, 's, SurfaceData>,
     pub(crate) parents: Query<'w, 's, &'static ChildOf>,
@@ -104,7 +104,7 @@ impl Scene<'_, '_> {
     }
 
     fn has_body(&self, entity: Entity) -> bool {
-        self.hosts.get(entity).is_ok_and(|host| host.body.is_some())
+        self.kinds.contains(entity)
     }
 
     /// The entity of the body to which a collider on `entity` belongs: its own or its nearest
@@ -115,7 +115,7 @@ impl Scene<'_, '_> {
 
     /// The kind of body that an entity describes; `None`: it describes none.
     pub(crate) fn kind(&self, entity: Entity) -> Option<BodyKind> {
-        if let Some(body) = self.hosts.get(entity).ok()?.body {
+        if let Ok(body) = self.kinds.get(entity) {
             return Some(body.kind());
         }
         let is_alone = self.colliders.contains(entity) && self.owner(entity) == entity;
@@ -124,13 +124,12 @@ impl Scene<'_, '_> {
 
     /// The entity of the world of a body.
     pub(crate) fn world(&self, host: Entity) -> Entity {
-        let given = self.hosts.get(host).ok().and_then(|host| host.world);
-        given.map_or(self.default.0, |world| world.0)
+        self.worlds.get(host).map_or(self.default.0, |world| world.0)
     }
 
     /// The place of an entity in the order of additions.
     pub(crate) fn key(&self, entity: Entity) -> (u64, u32) {
-        key(self.hosts.get(entity).ok().and_then(|host| host.order), entity)
+        key(self.orders.get(entity).ok(), entity)
     }
 
     pub(crate) fn transform(&self, entity: Entity) -> Transform {

@@ -204,11 +204,16 @@ fn write_sleep(
             continue;
         }
         record.asleep = body.is_asleep();
-        if record.asleep {
-            commands.entity(entity).try_insert(Sleeping);
-        } else {
-            commands.entity(entity).try_remove::<Sleeping>();
-        }
+        write_sleeping(entity, record.asleep, commands);
+    }
+}
+
+/// Inserts or removes [`Sleeping`].
+pub(crate) fn write_sleeping(entity: Entity, is_asleep: bool, commands: &mut Commands<'_, '_>) {
+    if is_asleep {
+        commands.entity(entity).try_insert(Sleeping);
+    } else {
+        commands.entity(entity).try_remove::<Sleeping>();
     }
 }
 

@@ -204,7 +204,14 @@ pub(crate) fn read_strands(
         dirty.append(&mut waiting);
     }
     if state.has_other_worlds {
-        dirty.extend(&every);
+        // In a world that was put back, its particles may be there.
+        let is_lost = |entity: &Entity| {
+            let Ok(strand) = strands.get(*entity) else { return true };
+            let world = strand.world.and_then(|world| records.worlds.get(world).ok());
+            let first = strand.particles.first();
+            world.zip(first).is_none_or(|(physics, id)| physics.world.particle(*id).is_none())
+        };
+        dirty.extend(every.iter().filter(is_lost));
     }
     let order = |entity| key(data.get(entity).ok().and_then(|(.., order, _)| order), entity);
     let mut dirty: Vec<((u64, u32), Entity)> =

@@ -11,7 +11,7 @@ use bevy_ecs::resource::Resource;
 use bevy_math::Vec3;
 use bevy_reflect::Reflect;
 use drystone::contact::ContactHooks;
-use drystone::{JointId, ShapeId, World};
+use drystone::{BodyId, JointId, ShapeId, World};
 
 use crate::queue::{look_again, look_at_all};
 
@@ -31,6 +31,8 @@ pub struct PhysicsWorld {
     pub(crate) touching: BTreeMap<(Entity, Entity), u32>,
     /// The entities of joints, by slot: a joint that broke is no longer in the world.
     pub(crate) joints: Vec<Option<(JointId, Entity)>>,
+    /// Whether it was put back to an earlier state since the last step.
+    pub(crate) is_restored: bool,
     /// Hooks of the contacts of its steps.
     pub(crate) hooks: Option<Arc<dyn ContactHooks + Send + Sync>>,
     /// Number of the last step whose events were delivered.
@@ -59,13 +61,23 @@ impl PhysicsWorld {
         &self.world
     }
 
-    /// The engine's world for changes. Bodies that are added here have no entity, and are left
-    /// alone. A body of an entity keeps its number for the user, [`Entity::to_bits`].
-    ///
-    /// To go back to an earlier state, put a clone of the world in its place and the components of
-    /// that moment into the entities: where both agree, nothing is changed and nothing wakes.
+    /// The engine's world for changes. Bodies that are added here have no entity and are left alone;
+    /// their number for the user stays 0. That of an entity's body is [`Entity::to_bits`], which is
+    /// never 0.
     pub const fn world_mut(&mut self) -> &mut World {
         &mut self.world
+    }
+
+    /// Puts back an earlier clone of the engine's world. Put the components of that moment back into
+    /// the entities too: where both agree, nothing is changed and nothing wakes, and the steps have
+    /// the same bits.
+    ///
+    /// Bodies whose entities were despawned since are removed, and entities that were spawned since
+    /// get new bodies.
+    pub fn restore(&mut self, world: &World) {
+        self.world.clone_from(world);
+        self.is_restored = true;
+        self.delivered = self.world.step_count();
     }
 
     /// Sets the hooks that every step calls for the contacts of colliders with
@@ -78,7 +90,7 @@ impl PhysicsWorld {
 
     /// The entity of a body; `None` for a body without an entity.
     #[must_use]
-    pub fn entity_of(&self, body: drystone::BodyId) -> Option<Entity> {
+    pub fn entity_of(&self, body: BodyId) -> Option<Entity> {
         self.world.body(body).and_then(|body| Entity::try_from_bits(body.user_data()))
     }
 }

@@ -44,6 +44,7 @@ impl Sync<'_, '_, '_, '_, '_> {
     /// Removes the bodies of entities that describe none any more, or one of another world. Lists
     /// the colliders of all bodies to look at, since they depend on the body. Grows while it runs.
     pub(super) fn unlink_stale(&mut self) {
+        let mut stale = Vec::new();
         let mut next = 0;
         while let Some(entity) = self.dirty.get(next).copied() {
             next += 1;
@@ -70,11 +71,16 @@ impl Sync<'_, '_, '_, '_, '_> {
                 continue;
             }
             if is_there {
-                self.remove_body(link.world, link.body);
+                stale.push((link.world, link.body));
             }
             if let Ok(mut record) = self.records.bodies.get_mut(entity) {
                 record.link = None;
             }
+        }
+        // The order of removals decides which slots are free first.
+        stale.sort_unstable();
+        for (world, body) in stale {
+            self.remove_body(world, body);
         }
     }
 
@@ -82,7 +88,9 @@ impl Sync<'_, '_, '_, '_, '_> {
     /// shapes of colliders that are none any more, or belong to another body now.
     pub(super) fn sort_out(&mut self) -> (Vec<Attached>, Vec<Entity>) {
         let (mut attached, mut existing) = (Vec::new(), Vec::new());
-        for entity in self.dirty.clone() {
+        let mut dirty = self.dirty.clone();
+        dirty.sort_unstable_by_key(|entity| self.scene.key(*entity));
+        for entity in dirty {
             let owner = self.scene.colliders.contains(entity).then(|| self.scene.owner(entity));
             let record = self.records.colliders.get(entity);
             let (was, of) = record.map_or((None, None), |record| (record.owner, record.world));
@@ -106,7 +114,6 @@ impl Sync<'_, '_, '_, '_, '_> {
             }
         }
         attached.sort_unstable();
-        existing.sort_unstable_by_key(|entity| self.scene.key(*entity));
         (attached, existing)
     }
 

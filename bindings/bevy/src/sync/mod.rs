@@ -6,10 +6,13 @@
 
 mod hosts;
 mod moves;
+mod scan;
 mod shapes;
 mod values;
 
+pub(crate) use self::scan::scan;
 use bevy_ecs::change_detection::DetectChanges;
+
 use bevy_ecs::entity::Entity;
 use bevy_ecs::message::MessageWriter;
 use bevy_ecs::query::{Changed, Or, With};
@@ -20,14 +23,15 @@ use bevy_transform::components::Transform;
 use drystone::BodyId;
 
 use crate::body::{
-    AngularDamping, AngularVelocity, ConstantForce, ConstantTorque, GravityScale, LinearDamping,
-    LinearVelocity, LockedAxes, Mass, MassProperties, PhysicsBody, SleepThreshold,
+    AngularDamping, BodyLink, ConstantForce, ConstantTorque, GravityScale, LinearDamping,
+    LockedAxes, Mass, MassProperties, PhysicsBody, SleepThreshold,
 };
 use crate::collider::{Collider, PhysicsCollider};
 use crate::events::PhysicsFault;
 use crate::forces::PendingForces;
 use crate::queue::Pending;
 use crate::scene::{BodiesBelow, Scene};
+use crate::step::write_sleeping;
 use crate::surface::{
     ColliderDensity, CollisionLayers, Friction, HitSpeed, KineticFriction, OneWay, Restitution,
     RollingResistance, SensorSenses, SpinningResistance, SurfaceVelocity,
@@ -38,6 +42,7 @@ use crate::world::{DefaultPhysicsWorld, Gravity, PhysicsTime, PhysicsWorld};
 #[derive(SystemParam)]
 pub(crate) struct Records<'w, 's> {
     pub(crate) worlds: Query<'w, 's, &'static mut PhysicsWorld>,
+    world_ids: Query<'w, 's, Entity, With<PhysicsWorld>>,
     pub(crate) bodies: Query<'w, 's, &'static mut PhysicsBody>,
     pub(crate) colliders: Query<'w, 's, &'static mut PhysicsCollider>,
     pub(crate) faults: MessageWriter<'w, PhysicsFault>,
@@ -70,16 +75,12 @@ type ColliderChanges = Or<(
     Changed<SensorSenses>,
 )>;
 
-type VelocityChanges = Or<(Changed<LinearVelocity>, Changed<AngularVelocity>)>;
-
 /// The entities with changed values.
 #[derive(SystemParam)]
 pub(crate) struct Changes<'w, 's> {
     bodies: Query<'w, 's, Entity, (With<PhysicsBody>, BodyChanges)>,
     colliders: Query<'w, 's, Entity, (With<PhysicsBody>, ColliderChanges)>,
-    places: Query<'w, 's, Entity, (With<PhysicsBody>, Changed<Transform>)>,
     trees: Query<'w, 's, Entity, (With<BodiesBelow>, Changed<Transform>)>,
-    velocities: Query<'w, 's, Entity, (With<PhysicsBody>, VelocityChanges)>,
     pub(super) forces: Query<'w, 's, (Entity, &'static mut PendingForces), Changed<PendingForces>>,
     every: Query<'w, 's, Entity, With<PhysicsBody>>,
 }
@@ -95,6 +96,10 @@ pub(crate) struct SyncState {
     pub(crate) rewrite: Vec<Entity>,
     /// Bodies that the last step moved; they are shown between two poses.
     pub(crate) moving: Vec<Entity>,
+    /// Entities whose transform has other bits than the plugin last read or wrote.
+    pub(crate) placed: Vec<Entity>,
+    /// Bodies whose velocities have other bits.
+    pub(crate) pushed: Vec<Entity>,
     /// Whether bodies were added in this round, so that waiting joints may find their ends.
     pub(crate) has_new_bodies: bool,
     /// Whether a world came or went.
@@ -113,6 +118,8 @@ pub(crate) struct Sync<'a, 'w, 's, 'v, 't> {
     pub(super) moved: Vec<(Entity, bool)>,
     /// Entities whose bodies were added in this round, sorted.
     pub(super) added: Vec<Entity>,
+    /// Bodies whose sleep a restored world changed.
+    pub(super) sleep_writes: Vec<(Entity, bool)>,
     /// Bodies that lost a shape, by the entity of their world.
     pub(super) lost_shapes: Vec<(Entity, BodyId)>,
     /// Length of the step [s].
@@ -149,6 +156,7 @@ pub(crate) fn read_changes(
         dirty: Vec::new(),
         moved: Vec::new(),
         added: Vec::new(),
+        sleep_writes: Vec::new(),
         lost_shapes: Vec::new(),
         dt: time.delta_secs() * pace.scale,
     };
@@ -157,18 +165,22 @@ pub(crate) fn read_changes(
     sync.pending.gone_strands = core::mem::take(&mut todo.gone_strands);
     sync.pending.lists = core::mem::take(&mut todo.lists);
     sync.pending.gone_joints = core::mem::take(&mut todo.gone_joints);
+    sync.meet_restored(&mut todo);
     sync.remove_gone(&mut todo);
     sync.collect(&todo, &changes);
     sync.unlink_stale();
     let (attached, existing) = sync.sort_out();
     sync.add_hosts(&attached);
     sync.update_hosts(&attached, &existing);
+    sync.apply_sleep(&todo.sleepers);
     sync.end_targets();
-    let velocities: Vec<Entity> = changes.velocities.iter().collect();
-    sync.set_velocities(velocities);
+    sync.set_velocities();
     sync.move_bodies();
     sync.apply_forces(&mut changes.forces);
     sync.mark_ancestors(&mut commands);
+    for (entity, is_asleep) in sync.sleep_writes {
+        write_sleeping(entity, is_asleep, &mut commands);
+    }
 }
 
 impl Sync<'_, '_, '_, '_, '_> {
@@ -185,6 +197,36 @@ impl Sync<'_, '_, '_, '_, '_> {
     /// Reports a refused value or call.
     pub(super) fn fault(&mut self, world: Entity, entity: Option<Entity>, text: String) {
         PhysicsFault { world, entity, text }.report(&mut self.records.faults);
+    }
+
+    /// Looks at everything in worlds that were put back, and removes their bodies whose entities are
+    /// gone meanwhile.
+    fn meet_restored(&mut self, todo: &mut Pending) {
+        for of in self.records.world_ids.iter() {
+            let Ok(mut physics) = self.records.worlds.get_mut(of) else { continue };
+            if !core::mem::take(&mut physics.is_restored) {
+                continue;
+            }
+            todo.all = true;
+            let mut strangers: Vec<BodyId> = Vec::new();
+            for body in physics.world.bodies().filter(|body| body.user_data() != 0) {
+                let entity = Entity::try_from_bits(body.user_data());
+                let record = entity.and_then(|entity| self.records.bodies.get_mut(entity).ok());
+                let link = Some(BodyLink { world: of, body: body.id() });
+                match (record, entity) {
+                    (Some(mut record), Some(entity)) if record.link == link => {
+                        if record.asleep != body.is_asleep() {
+                            record.asleep = body.is_asleep();
+                            self.sleep_writes.push((entity, record.asleep));
+                        }
+                    }
+                    _ => strangers.push(body.id()),
+                }
+            }
+            for body in strangers {
+                physics.world.remove_body(body);
+            }
+        }
     }
 
     /// Removes bodies and shapes whose entities lost their records, in the order of ids.
@@ -210,7 +252,7 @@ impl Sync<'_, '_, '_, '_, '_> {
         }
         changes.bodies.iter().for_each(|entity| self.mark(entity));
         changes.colliders.iter().for_each(|entity| self.mark(entity));
-        self.collect_places(&changes.places, &changes.trees);
+        self.collect_places(&changes.trees);
     }
 
     /// Marks an entity and everything below it.

@@ -11,7 +11,7 @@ use bevy_transform::components::Transform;
 use drystone::{BodyKind, Pose};
 
 use super::Sync;
-use crate::body::{BodyLink, PhysicsBody};
+use crate::body::BodyLink;
 use crate::convert::{same_place, same_vec};
 use crate::scene::BodiesBelow;
 
@@ -19,10 +19,9 @@ impl Sync<'_, '_, '_, '_, '_> {
     /// Lists the bodies and colliders whose transform, or that of an ancestor, has changed.
     pub(super) fn collect_places(
         &mut self,
-        places: &Query<'_, '_, Entity, (With<PhysicsBody>, Changed<Transform>)>,
         trees: &Query<'_, '_, Entity, (With<BodiesBelow>, Changed<Transform>)>,
     ) {
-        for entity in places {
+        for entity in core::mem::take(&mut self.state.placed) {
             let Ok(record) = self.records.bodies.get(entity) else { continue };
             let has_link = record.link.is_some();
             let is_rescaled = !same_vec(record.local.scale, self.scene.transform(entity).scale);

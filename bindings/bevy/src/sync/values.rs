@@ -44,21 +44,34 @@ impl Sync<'_, '_, '_, '_, '_> {
         if body.get().is_enabled() == data.is_disabled {
             body.set_enabled(!data.is_disabled);
         }
-        let is_asleep = data.is_asleep;
-        if let Ok(mut record) = self.records.bodies.get_mut(entity)
-            && record.asleep != is_asleep
-        {
-            record.asleep = is_asleep;
-            if is_asleep {
+        if let Some(error) = error {
+            self.fault(link.world, Some(entity), error.to_string());
+        }
+        self.set_lasting(entity, link);
+    }
+
+    /// Puts bodies to sleep and wakes them, where the user inserted or removed
+    /// [`Sleeping`](crate::Sleeping).
+    pub(super) fn apply_sleep(&mut self, sleepers: &[Entity]) {
+        let link = |entity: &Entity| self.link(*entity).map(|link| (link, *entity));
+        let mut links: Vec<(BodyLink, Entity)> = sleepers.iter().filter_map(link).collect();
+        links.sort_unstable_by_key(|(link, _)| (link.world, link.body));
+        links.dedup();
+        for (link, entity) in links {
+            let Ok(data) = self.scene.hosts.get(entity) else { continue };
+            let Ok(mut record) = self.records.bodies.get_mut(entity) else { continue };
+            if record.asleep == data.is_asleep {
+                continue;
+            }
+            record.asleep = data.is_asleep;
+            let Ok(mut physics) = self.records.worlds.get_mut(link.world) else { continue };
+            let Some(mut body) = physics.world.body_mut(link.body) else { continue };
+            if data.is_asleep {
                 body.sleep();
             } else {
                 body.wake();
             }
         }
-        if let Some(error) = error {
-            self.fault(link.world, Some(entity), error.to_string());
-        }
-        self.set_lasting(entity, link);
     }
 
     /// Sets the lasting force and torque of a body, where the components have changed.
@@ -78,15 +91,12 @@ impl Sync<'_, '_, '_, '_, '_> {
     }
 
     /// Sets the velocities that the user wrote. Velocities that the plugin wrote have its bits.
-    pub(super) fn set_velocities(&mut self, changed: Vec<Entity>) {
+    pub(super) fn set_velocities(&mut self) {
         let mut links: Vec<(BodyLink, Entity)> = Vec::new();
-        for entity in changed {
-            let Ok(data) = self.scene.hosts.get(entity) else { continue };
-            let Ok(record) = self.records.bodies.get(entity) else { continue };
-            let linear = data.linear.copied().unwrap_or_default().0;
-            let angular = data.angular.copied().unwrap_or_default().0;
-            if !same_vec(record.linear, linear) || !same_vec(record.angular, angular) {
-                links.extend(record.link.map(|link| (link, entity)));
+        for entity in core::mem::take(&mut self.state.pushed) {
+            // New bodies have their velocities.
+            if self.added.binary_search(&entity).is_err() {
+                links.extend(self.link(entity).map(|link| (link, entity)));
             }
         }
         links.sort_unstable_by_key(|(link, _)| (link.world, link.body));

@@ -84,6 +84,29 @@ fn changes_of_many_bodies_do_not_depend_on_archetypes() {
                 .collect::<Vec<_>>()
         });
         gone.into_iter().for_each(|entity| game.despawn(entity));
+        game.run(10);
+        // Bodies become static, lose their bodies or their colliders, and get them back.
+        let all: Vec<(Entity, u64)> = game.ask(|all: Query<'_, '_, (Entity, &PhysicsOrder)>| {
+            all.iter().map(|(entity, order)| (entity, order.0)).collect::<Vec<_>>()
+        });
+        for (entity, order) in &all {
+            match order % 10 {
+                4 => game.remove::<RigidBody>(*entity),
+                5 => game.remove::<Collider>(*entity),
+                6 => game.remove::<(RigidBody, Collider)>(*entity),
+                7 => game.insert(*entity, RigidBody::Kinematic),
+                _ => {}
+            }
+        }
+        game.run(10);
+        for (entity, order) in &all {
+            match order % 10 {
+                4 | 7 => game.insert(*entity, RigidBody::Dynamic),
+                5 => game.insert(*entity, Collider::sphere(0.4)),
+                6 => game.insert(*entity, (RigidBody::Dynamic, Collider::sphere(0.4))),
+                _ => {}
+            }
+        }
         game.run(60);
         game.world().state_hash()
     };
@@ -109,10 +132,30 @@ fn a_rollback_repeats_the_same_bits() {
     game.run(30);
     let hash = game.world().state_hash();
     let world = game.default_world();
-    game.change::<PhysicsWorld>(world, |physics| *physics.world_mut() = saved.clone());
+    game.change::<PhysicsWorld>(world, |physics| physics.restore(&saved));
     for (entity, place, linear, angular) in states {
         game.insert(entity, (place, linear, angular));
     }
     game.run(30);
     assert_eq!(game.world().state_hash(), hash);
+}
+
+/// A body was added after the moment, another despawned: both follow the entities.
+#[test]
+fn a_rollback_over_spawns_and_despawns_leaves_nothing_behind() {
+    let mut game = heap(1, 0..20);
+    game.run(10);
+    let saved = game.world().clone();
+    let lost = game.cube([50.0, 0.0, 0.0]);
+    let gone: Vec<Entity> =
+        game.ask(|all: Query<'_, '_, Entity, With<RigidBody>>| all.iter().collect::<Vec<_>>());
+    game.run(5);
+    game.despawn(gone[0]);
+    game.run(5);
+    let world = game.default_world();
+    game.change::<PhysicsWorld>(world, |physics| physics.restore(&saved));
+    game.run(1);
+    game.check();
+    assert_eq!(game.world().counts().dynamic, 20);
+    assert!((game.body(lost).position() - drystone::vec3(50.0, 0.0, 0.0)).length() < 1.0);
 }
