@@ -118,6 +118,18 @@ pub struct MassProperties {
     /// Moments of inertia about the center along the body's axes [kg m²]; at least 0, where 0 locks
     /// the axis.
     pub moments: Vec3,
+    /// Products of inertia xy, xz and yz [kg m²], as elements of the matrix; 0 if the axes are
+    /// principal ones.
+    pub products: Vec3,
+}
+
+impl MassProperties {
+    /// A mass [kg] with this center [m, body] and these moments about it along the body's axes,
+    /// which are principal ones [kg m²].
+    #[must_use]
+    pub const fn new(mass: f32, center: Vec3, moments: Vec3) -> Self {
+        Self { mass, center, moments, products: Vec3::ZERO }
+    }
 }
 
 /// Rate at which the linear velocity decays [1/s], at least 0; default 0.

@@ -5,7 +5,7 @@ use bevy_ecs::event::Event;
 use bevy_ecs::message::MessageWriter;
 use bevy_ecs::system::{Commands, Query, ResMut, SystemParam};
 use bevy_ecs::world::World;
-use drystone::events::{ContactEvent, FaultKind};
+use drystone::events::{ContactEvent, FaultKind, FractureEvent};
 use drystone::{BodyId, ShapeId};
 
 use crate::collider::PhysicsCollider;
@@ -14,6 +14,7 @@ use crate::events::{
     CollidingEntities, CollisionEnd, CollisionHit, CollisionStart, JointBroke, PhysicsFault,
     SensorEnter, SensorExit,
 };
+use crate::fracture::Cracked;
 use crate::joint::PhysicsJoint;
 use crate::queue::Pending;
 use crate::world::PhysicsWorld;
@@ -54,7 +55,7 @@ pub(crate) fn deliver(
     mut pending: ResMut<'_, Pending>,
     mut commands: Commands<'_, '_>,
 ) {
-    let mut told = Told::default();
+    let (mut told, mut cracked) = (Told::default(), Vec::new());
     for (of, mut physics) in &mut worlds {
         if physics.world.step_count() == physics.delivered {
             continue;
@@ -64,6 +65,7 @@ pub(crate) fn deliver(
         delivery.hits(of, &physics, &mut told);
         delivery.sensors(of, &physics, &mut told);
         delivery.breaks(&mut physics, &mut told);
+        cracked.extend(delivery.cracks(of, &physics));
         delivery.faults(of, &physics);
         physics.gone.clear();
         physics.delivered = physics.world.step_count();
@@ -73,6 +75,9 @@ pub(crate) fn deliver(
     }
     told.write(&mut delivery);
     told.queue(&mut commands);
+    for crack in cracked {
+        commands.queue(move |world: &mut World| crack.apply(world));
+    }
 }
 
 impl Delivery<'_, '_> {
@@ -231,6 +236,17 @@ impl Delivery<'_, '_> {
                 impulse: broken.impulse,
             });
         }
+    }
+
+    /// The fractures of the step. A piece has the number of the body that broke.
+    fn cracks(&self, of: Entity, physics: &PhysicsWorld) -> Vec<Cracked> {
+        let events = physics.world.events();
+        let crack = |event: &FractureEvent| {
+            let pieces = events.pieces_of(event).to_vec();
+            let entity = physics.entity_of(*pieces.first()?)?;
+            Some(Cracked { world: of, entity, pieces, point: event.point })
+        };
+        events.fractures.iter().filter_map(crack).collect()
     }
 
     fn faults(&mut self, of: Entity, physics: &PhysicsWorld) {

@@ -30,6 +30,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod adopt;
 mod body;
 mod character;
 mod collider;
@@ -37,6 +38,7 @@ mod convert;
 mod deliver;
 mod events;
 mod forces;
+mod fracture;
 mod joint;
 mod plugin;
 pub mod prelude;
@@ -63,6 +65,7 @@ pub use self::events::{
     SensorEnter, SensorExit,
 };
 pub use self::forces::{Forces, ForcesItem, ForcesReadOnly, ForcesReadOnlyItem, PendingForces};
+pub use self::fracture::{Fracture, Fractured};
 pub use self::joint::{
     DistanceJoint, FixedJoint, JointCollisionEnabled, JointDisabled, JointEnds, JointLimits,
     JointMotor, JointPlace, JointSpringiness, JointStrength, PhysicsJoint, PrismaticJoint,

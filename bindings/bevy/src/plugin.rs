@@ -14,6 +14,7 @@ use crate::deliver::deliver;
 use crate::events::{
     CollisionEnd, CollisionHit, CollisionStart, JointBroke, PhysicsFault, SensorEnter, SensorExit,
 };
+use crate::fracture::Fractured;
 use crate::joint::read_joints;
 use crate::queue::{Pending, note_orphan, note_parent};
 use crate::register::register_types;
@@ -93,6 +94,7 @@ impl Plugin for DrystonePlugin {
             .add_message::<SensorEnter>()
             .add_message::<SensorExit>()
             .add_message::<JointBroke>()
+            .add_message::<Fractured>()
             .add_message::<PhysicsFault>()
             .add_observer(note_parent)
             .add_observer(note_orphan);

@@ -4,7 +4,7 @@ pub use crate::{
     AngularDamping, AngularVelocity, CharacterMover, CharacterSettings, Cloth, Collider,
     ColliderDensity, ColliderDisabled, CollidingEntities, CollisionEnd, CollisionHit,
     CollisionLayers, CollisionStart, ConstantForce, ConstantTorque, DistanceJoint, DrystonePlugin,
-    FixedJoint, Forces, Friction, Gravity, GravityScale, InWorld, JointBroke,
+    FixedJoint, Forces, Fracture, Fractured, Friction, Gravity, GravityScale, InWorld, JointBroke,
     JointCollisionEnabled, JointDisabled, JointLimits, JointMotor, JointSpringiness, JointStrength,
     KineticFriction, LinearDamping, LinearVelocity, LockedAxes, Mass, MassProperties,
     NoInterpolation, OneWay, ParticlePositions, PhysicsFault, PhysicsOrder, PhysicsSystems,

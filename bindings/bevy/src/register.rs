@@ -12,6 +12,7 @@ use crate::events::{
     CollidingEntities, CollisionEnd, CollisionHit, CollisionStart, JointBroke, PhysicsFault,
     SensorEnter, SensorExit,
 };
+use crate::fracture::{Fracture, Fractured};
 use crate::joint::{
     DistanceJoint, FixedJoint, JointCollisionEnabled, JointDisabled, JointStrength, PrismaticJoint,
     RevoluteJoint, RopeJoint, SphericalJoint,
@@ -41,7 +42,8 @@ pub(crate) fn register_types(app: &mut App) {
         .register_type::<Sleeping>()
         .register_type::<SleepingDisabled>()
         .register_type::<SleepThreshold>()
-        .register_type::<NoInterpolation>();
+        .register_type::<NoInterpolation>()
+        .register_type::<Fracture>();
     app.register_type::<Collider>()
         .register_type::<ColliderDensity>()
         .register_type::<ColliderDisabled>()
@@ -79,5 +81,6 @@ pub(crate) fn register_types(app: &mut App) {
         .register_type::<SensorEnter>()
         .register_type::<SensorExit>()
         .register_type::<JointBroke>()
+        .register_type::<Fractured>()
         .register_type::<PhysicsFault>();
 }

@@ -15,6 +15,7 @@ use crate::body::{
 };
 use crate::collider::Collider;
 use crate::convert::Placement;
+use crate::fracture::Fracture;
 use crate::surface::{
     ActiveCollisionHooks, ColliderDensity, ColliderDisabled, CollisionLayers, Friction, HitSpeed,
     KineticFriction, OneWay, Restitution, RollingResistance, Sensor, SensorSenses,
@@ -44,6 +45,7 @@ pub(crate) struct HostData {
     pub(crate) force: Option<&'static ConstantForce>,
     pub(crate) torque: Option<&'static ConstantTorque>,
     pub(crate) threshold: Option<&'static SleepThreshold>,
+    pub(crate) fracture: Option<&'static Fracture>,
     pub(crate) is_disabled: Has<RigidBodyDisabled>,
     pub(crate) is_asleep: Has<Sleeping>,
     pub(crate) is_sleepless: Has<SleepingDisabled>,

@@ -238,7 +238,7 @@ pub(crate) fn read_strands(
             }
             RopeEnd::Free | RopeEnd::Pinned => None,
         });
-        let is_missing = bodies.iter().any(|body| *body == Some(None));
+        let is_missing = bodies.contains(&Some(None));
         let Ok(mut physics) = records.worlds.get_mut(world) else { continue };
         if is_missing {
             waiting.push(entity);

@@ -61,16 +61,16 @@ impl PhysicsWorld {
         &self.world
     }
 
-    /// The engine's world for changes. Bodies that are added here have no entity and are left alone;
-    /// their number for the user stays 0. That of an entity's body is [`Entity::to_bits`], which is
-    /// never 0.
+    /// The engine's world for changes. Bodies that are added here have no entity and are left
+    /// alone; their number for the user stays 0. That of an entity's body is [`Entity::to_bits`],
+    /// which is never 0. [`Self::adopt`] gives a body an entity.
     pub const fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
 
-    /// Puts back an earlier clone of the engine's world. Put the components of that moment back into
-    /// the entities too: where both agree, nothing is changed and nothing wakes, and the steps have
-    /// the same bits.
+    /// Puts back an earlier clone of the engine's world. Put the components of that moment back
+    /// into the entities too: where both agree, nothing is changed and nothing wakes, and the steps
+    /// have the same bits.
     ///
     /// Bodies whose entities were despawned since are removed, and entities that were spawned since
     /// get new bodies.

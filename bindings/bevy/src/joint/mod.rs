@@ -242,8 +242,13 @@ fn change(
 ) -> Option<Result<(), drystone::DefError>> {
     let mut joint = world.joint_mut(joint)?;
     let keeps = made.body_a == def.body_a && made.body_b == def.body_b;
-    if !keeps || made.strength != def.strength {
+    if !keeps {
         return None;
+    }
+    if made.strength != def.strength
+        && let Err(error) = joint.set_strength(def.strength)
+    {
+        return Some(Err(error));
     }
     if made.kind != def.kind
         && let Err(error) = joint.set_kind(def.kind)

@@ -215,6 +215,7 @@ impl Sync<'_, '_, '_, '_, '_> {
             }
         }
         self.set_lasting(entity, BodyLink { world, body });
+        self.set_fracture(entity, BodyLink { world, body });
     }
 
     /// Brings existing bodies and their colliders in line with their components.
@@ -313,7 +314,8 @@ fn has_mass(world: &drystone::World, body: drystone::BodyId) -> bool {
 /// The mass that the components of a body give. `has_mass`: whether a collider has a mass.
 fn mass_def(data: &HostDataItem<'_, '_>, has_mass: bool) -> MassDef {
     if let Some(given) = data.properties {
-        let inertia = Sym3::diagonal(to_vec(given.moments));
+        let (d, p) = (given.moments, given.products);
+        let inertia = Sym3 { xx: d.x, yy: d.y, zz: d.z, xy: p.x, xz: p.y, yz: p.z };
         return MassDef::Exact { mass: given.mass, center: to_vec(given.center), inertia };
     }
     match data.mass {

@@ -29,6 +29,7 @@ use crate::body::{
 use crate::collider::{Collider, PhysicsCollider};
 use crate::events::PhysicsFault;
 use crate::forces::PendingForces;
+use crate::fracture::Fracture;
 use crate::queue::Pending;
 use crate::scene::{BodiesBelow, Scene};
 use crate::step::write_sleeping;
@@ -58,6 +59,7 @@ type BodyChanges = Or<(
     Changed<ConstantForce>,
     Changed<ConstantTorque>,
     Changed<SleepThreshold>,
+    Changed<Fracture>,
 )>;
 
 type ColliderChanges = Or<(
@@ -199,8 +201,8 @@ impl Sync<'_, '_, '_, '_, '_> {
         PhysicsFault { world, entity, text }.report(&mut self.records.faults);
     }
 
-    /// Looks at everything in worlds that were put back, and removes their bodies whose entities are
-    /// gone meanwhile.
+    /// Looks at everything in worlds that were put back, and removes their bodies whose entities
+    /// are gone meanwhile.
     fn meet_restored(&mut self, todo: &mut Pending) {
         for of in self.records.world_ids.iter() {
             let Ok(mut physics) = self.records.worlds.get_mut(of) else { continue };

@@ -48,6 +48,20 @@ impl Sync<'_, '_, '_, '_, '_> {
             self.fault(link.world, Some(entity), error.to_string());
         }
         self.set_lasting(entity, link);
+        self.set_fracture(entity, link);
+    }
+
+    /// Sets how a body breaks, where it differs.
+    pub(super) fn set_fracture(&mut self, entity: Entity, link: BodyLink) {
+        let Ok(data) = self.scene.hosts.get(entity) else { return };
+        let how = data.fracture.map(|fracture| fracture.how());
+        let Ok(mut physics) = self.records.worlds.get_mut(link.world) else { return };
+        let Some(mut body) = physics.world.body_mut(link.body) else { return };
+        if body.get().fracture() != how
+            && let Err(error) = body.set_fracture(how)
+        {
+            self.fault(link.world, Some(entity), error.to_string());
+        }
     }
 
     /// Puts bodies to sleep and wakes them, where the user inserted or removed

@@ -4,6 +4,7 @@ mod bodies;
 mod character;
 mod determinism;
 mod events;
+mod fracture;
 mod game;
 mod hierarchy;
 mod joints;
