@@ -22,10 +22,10 @@ use crate::queue::{collider_gone, look_again};
 /// [`RigidBody`](crate::RigidBody). Without such an ancestor it is static. The scale of the entity
 /// and its ancestors scales it.
 ///
-/// Sizes out of range are refused with a [`PhysicsFault`](crate::PhysicsFault) when it enters the
+/// Insert another value to change it. Sizes out of range are refused with a [`PhysicsFault`](crate::PhysicsFault) when it enters the
 /// world.
 #[derive(Clone, Component, Debug, Reflect)]
-#[component(on_insert = look_again, on_remove = look_again)]
+#[component(immutable, on_insert = look_again, on_remove = look_again)]
 #[require(PhysicsCollider, PhysicsBody, Transform)]
 #[reflect(opaque)]
 #[reflect(Component)]

@@ -26,7 +26,7 @@ use crate::body::{
     AngularDamping, BodyLink, ConstantForce, ConstantTorque, GravityScale, LinearDamping,
     LockedAxes, Mass, MassProperties, PhysicsBody, SleepThreshold,
 };
-use crate::collider::{Collider, PhysicsCollider};
+use crate::collider::PhysicsCollider;
 use crate::events::PhysicsFault;
 use crate::forces::PendingForces;
 use crate::fracture::Fracture;
@@ -63,7 +63,6 @@ type BodyChanges = Or<(
 )>;
 
 type ColliderChanges = Or<(
-    Changed<Collider>,
     Changed<Friction>,
     Changed<KineticFriction>,
     Changed<RollingResistance>,
