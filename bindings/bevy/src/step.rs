@@ -4,8 +4,9 @@ use bevy_ecs::change_detection::DetectChangesMut;
 use bevy_ecs::entity::Entity;
 use bevy_ecs::hierarchy::{ChildOf, Children};
 use bevy_ecs::message::MessageWriter;
-use bevy_ecs::query::Has;
+use bevy_ecs::query::{Has, Without};
 use bevy_ecs::system::{Commands, Query, Res, ResMut, SystemParam};
+use bevy_ecs::world::Mut;
 use bevy_time::Time;
 use bevy_transform::components::Transform;
 use drystone::{BodyKind, Pose, limits};
@@ -42,8 +43,9 @@ pub(crate) fn step_worlds(
     }
 }
 
-/// The components of a body that a step writes, besides its transform.
+/// The components of a body that a step writes.
 type Written = (
+    Option<&'static mut Transform>,
     Option<&'static mut LinearVelocity>,
     Option<&'static mut AngularVelocity>,
     &'static mut PhysicsBody,
@@ -55,7 +57,8 @@ type Written = (
 #[derive(SystemParam)]
 pub(crate) struct Writes<'w, 's> {
     bodies: Query<'w, 's, Written>,
-    transforms: Query<'w, 's, &'static mut Transform>,
+    /// Ancestors that are no bodies.
+    others: Query<'w, 's, &'static Transform, Without<PhysicsBody>>,
     parents: Query<'w, 's, &'static ChildOf>,
     children: Query<'w, 's, &'static Children>,
 }
@@ -90,7 +93,7 @@ impl Writes<'_, '_> {
     ) {
         for body in physics.world.moved_bodies() {
             let Some(entity) = Entity::try_from_bits(body.user_data()) else { continue };
-            let Ok((linear, angular, mut record, is_child, has_below)) =
+            let Ok((place, linear, angular, mut record, is_child, has_below)) =
                 self.bodies.get_mut(entity)
             else {
                 continue;
@@ -123,8 +126,8 @@ impl Writes<'_, '_> {
             }
             if is_child {
                 nested.push(entity);
-            } else {
-                write_pose(entity, &body.pose(), &mut record, &mut self.transforms);
+            } else if let Some(place) = place {
+                write_pose(&body.pose(), &mut record, place);
             }
         }
     }
@@ -141,7 +144,7 @@ impl Writes<'_, '_> {
         by_depth.sort_unstable();
         by_depth.dedup();
         for (_, entity) in by_depth {
-            let Ok((_, _, mut record, ..)) = self.bodies.get_mut(entity) else { continue };
+            let Ok((_, _, _, record, ..)) = self.bodies.get(entity) else { continue };
             let Some(link) = record.link else { continue };
             let Ok((_, physics)) = worlds.get(link.world) else { continue };
             let Some(body) = physics.world.body(link.body) else { continue };
@@ -158,23 +161,26 @@ impl Writes<'_, '_> {
             }
             let ancestors: Vec<Entity> = self.parents.iter_ancestors(entity).collect();
             let frame = ancestors.iter().rev().fold(Placement::IDENTITY, |place, entity| {
-                let inner = self.transforms.get(*entity).copied().unwrap_or_default();
+                let inner = self.place(*entity);
                 place.child(&Placement::of(&inner))
             });
             let local = if ancestors.is_empty() { body.pose() } else { frame.local(&body.pose()) };
-            write_pose(entity, &local, &mut record, &mut self.transforms);
+            if let Ok((Some(place), _, _, mut record, ..)) = self.bodies.get_mut(entity) {
+                write_pose(&local, &mut record, place);
+            }
         }
+    }
+
+    /// The transform of an entity.
+    fn place(&self, entity: Entity) -> Transform {
+        let of_body = self.bodies.get(entity).ok().and_then(|(place, ..)| place.copied());
+        let place = of_body.or_else(|| self.others.get(entity).ok().copied());
+        place.unwrap_or_default()
     }
 }
 
 /// Writes a pose [m, frame of the parent], if it differs.
-fn write_pose(
-    entity: Entity,
-    pose: &Pose,
-    record: &mut PhysicsBody,
-    transforms: &mut Query<'_, '_, &'static mut Transform>,
-) {
-    let Ok(mut transform) = transforms.get_mut(entity) else { return };
+fn write_pose(pose: &Pose, record: &mut PhysicsBody, mut transform: Mut<'_, Transform>) {
     record.before = record.local;
     let now = Transform {
         translation: from_vec(pose.position),
@@ -197,7 +203,7 @@ fn write_sleep(
     for body in events.sleep.iter().chain(&events.wake) {
         let Some(body) = physics.world.body(*body) else { continue };
         let Some(entity) = Entity::try_from_bits(body.user_data()) else { continue };
-        let Ok((_, _, mut record, ..)) = writes.bodies.get_mut(entity) else { continue };
+        let Ok((_, _, _, mut record, ..)) = writes.bodies.get_mut(entity) else { continue };
         if record.link.is_none_or(|link| link.body != body.id())
             || body.is_asleep() == record.asleep
         {
@@ -223,7 +229,7 @@ pub(crate) fn show_between(
         '_,
         '_,
         (&mut Transform, &mut PhysicsBody),
-        bevy_ecs::query::Without<crate::body::NoInterpolation>,
+        Without<crate::body::NoInterpolation>,
     >,
     state: Res<'_, SyncState>,
     time: Res<'_, Time<bevy_time::Fixed>>,
