@@ -195,6 +195,24 @@ fn forces_and_impulses_act_in_the_next_step() {
     assert!((next - Vec3::new(0.0, -9.81 / HERTZ, 0.0)).length() < 1e-4, "{next}");
 }
 
+/// A force of 2 g lifts a box that sleeps on the ground.
+#[test]
+fn forces_wake_what_sleeps() {
+    let mut game = Game::on_ground();
+    let cube = game.cube([0.0, 0.5, 0.0]);
+    game.run(256);
+    assert!(game.body(cube).is_asleep());
+    game.each_step(|mut bodies: Query<'_, '_, Forces>| {
+        for mut body in &mut bodies {
+            body.apply_force(Vec3::Y * 2.0 * 9.81 * 1000.0);
+        }
+    });
+    game.run(64);
+    // g upward for 1 s.
+    assert!(near(game.place(cube).y, 0.5 + 4.905, 0.1), "{}", game.place(cube));
+    assert!(game.app.world().get::<Sleeping>(cube).is_none());
+}
+
 #[test]
 fn settings_of_a_body_reach_the_engine_and_leave_it_again() {
     let mut game = Game::new();
