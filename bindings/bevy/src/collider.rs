@@ -22,8 +22,8 @@ use crate::queue::{collider_gone, look_again};
 /// [`RigidBody`](crate::RigidBody). Without such an ancestor it is static. The scale of the entity
 /// and its ancestors scales it.
 ///
-/// Insert another value to change it. Sizes out of range are refused with a [`PhysicsFault`](crate::PhysicsFault) when it enters the
-/// world.
+/// Insert another value to change it. Sizes out of range are refused with a
+/// [`PhysicsFault`](crate::PhysicsFault) when it enters the world.
 #[derive(Clone, Component, Debug, Reflect)]
 #[component(immutable, on_insert = look_again, on_remove = look_again)]
 #[require(PhysicsCollider, PhysicsBody, Transform)]
