@@ -1,0 +1,14 @@
+//! Tests of the plugin, without a window.
+
+mod bodies;
+mod character;
+mod determinism;
+mod events;
+mod fracture;
+mod game;
+mod hierarchy;
+mod joints;
+mod ownership;
+mod queries;
+mod random;
+mod strands;
