@@ -115,12 +115,14 @@ fn is_unit_or_key(message: &str) -> bool {
 
 /// Runs all tests, in debug or in release. Release runs check hashes again. They leave out
 /// pictures, which have no hash: optimizing the graphics stack would take longer than all tests.
+/// They leave out the plugin for Bevy, whose own tests compare hashes in debug.
 fn tests(release: bool) -> Command {
     let mut command = cargo();
     command.args(["test", "--quiet", "--workspace"]);
     if release {
         command.arg("--release").args(WITHOUT_GRAPHICS);
         command.args(["--exclude", "drystone-render", "--exclude", "drystone-view"]);
+        command.args(["--exclude", "bevy_drystone"]);
     }
     command
 }
@@ -158,9 +160,15 @@ fn validate() -> Outcome {
     run_to_end(command.args(list))
 }
 
-/// Runs every file in the engine's `examples/`.
+/// Runs every file in the engine's `examples/`, and in those of the plugin for Bevy, which has no
+/// release build here.
 fn examples() -> Outcome {
-    let folder = root().join("crates/drystone/examples");
+    run_examples("crates/drystone/examples", true)?;
+    run_examples("bindings/bevy/examples", false)
+}
+
+fn run_examples(folder: &str, release: bool) -> Outcome {
+    let folder = root().join(folder);
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut names: Vec<String> = entries
         .flatten()
@@ -169,7 +177,7 @@ fn examples() -> Outcome {
         .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
         .collect();
     names.sort();
-    let built = programs(true)?.join("examples");
+    let built = programs(release)?.join("examples");
     for name in &names {
         println!("   {name}");
         run_to_end(Command::new(built.join(name)).current_dir(root()))?;

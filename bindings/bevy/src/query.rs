@@ -347,7 +347,7 @@ impl SpatialQuery<'_, '_> {
 
 /// The engine's maximum for queries without an end.
 fn reach(distance: f32) -> f32 {
-    distance.min(limits::WAY.most)
+    distance.min(limits::DISPLACEMENT.maximum)
 }
 
 const fn inside(solid: bool) -> Inside {
