@@ -115,6 +115,12 @@ impl Scratch {
         copy.colors.bodies_changed = true;
     }
 
+    /// The findings of all stages, and the memory for their report.
+    fn findings(&mut self) -> (Found<'_>, &mut report::Scratch) {
+        let Self { partition, particles, solver, finalize, sweep, report, .. } = self;
+        (Found { partition, particles, solver, finalize, sweep }, report)
+    }
+
     /// Sweeps over the contacts in the last step.
     pub(crate) const fn sweeps(&self) -> u32 {
         self.solver.sweeps()
@@ -137,12 +143,11 @@ impl Scratch {
 pub(crate) fn step(
     ctx: &StepContext,
     tables: &mut Tables,
-    scratch: &mut Scratch,
+    s: &mut Scratch,
     jobs: &Jobs<'_>,
     hooks: Option<&Hooks<'_>>,
     after: &mut dyn FnMut(Stage),
 ) {
-    let s = scratch;
     let (mut sets, others) = tables.lend();
     let Others { config, shapes, particles, bounds, breakage, steps } = others;
     let pace = Pace::new(ctx, config, particles.last_h);
@@ -157,25 +162,21 @@ pub(crate) fn step(
     after(Stage::Partition);
     particles::meet_shapes(ctx, particles, shapes, bounds, &mut sets, &mut s.particles, jobs);
     after(Stage::Particles);
-    let breakage = sets.joints.breakable > 0 || breakage.any();
     let Sets { bodies, joints, contacts, islands, colors, .. } = &mut sets;
-    let read = Input { bodies, shapes, islands, closing: &s.narrowphase, breakage };
+    let read = Input::new(bodies, shapes, islands, &s.narrowphase, breakage, joints);
     let tied = &mut s.particles.tied(pace, particles);
     solver::solve(ctx, config, read, joints, contacts, colors, &mut s.solver, tied, jobs);
     after(Stage::Solver);
     let solved = &s.solver.solved;
     finalize::advance_poses(ctx, sets.bodies, shapes, bounds, solved, &mut s.finalize, jobs);
     after(Stage::Finalize);
-    let links = (&*sets.contacts, &*sets.joints, hooks);
-    let fast = s.finalize.flights();
-    sweep::stop_fast_bodies(ctx, fast, links, sets.bodies, shapes, bounds, &mut s.sweep, jobs);
+    let read = (&s.finalize, &*sets.contacts, &*sets.joints, hooks);
+    sweep::stop_fast_bodies(ctx, read, sets.bodies, shapes, bounds, &mut s.sweep, jobs);
     settle(ctx, pace.h, particles, sets.bodies, shapes, bounds, &mut s.particles, jobs);
     after(Stage::Sweep);
-    let notes = s.finalize.notes();
-    sleep::rest_still_islands(ctx, steps, notes, shapes, &mut sets, &mut s.sleep, jobs);
+    sleep::rest_still_islands(ctx, steps, &s.finalize, shapes, &mut sets, &mut s.sleep, jobs);
     after(Stage::Sleep);
-    let Scratch { partition, particles: met, solver, finalize, sweep, report, .. } = s;
-    let found = Found { partition, particles: met, solver, finalize, sweep };
+    let (found, report) = s.findings();
     report::report(ctx, steps + 1, found, shapes, particles, &mut sets, report);
     after(Stage::Report);
 }

@@ -12,6 +12,7 @@ pub(crate) mod drives;
 
 use self::drives::drives_of;
 use super::context::StepContext;
+use super::finalize;
 use super::notes::Note;
 use crate::base::sparse::Sparse;
 use crate::base::threads::jobs::{Jobs, collect_ranges, grain};
@@ -65,12 +66,12 @@ pub(crate) fn begin_step(ctx: &StepContext, islands: &mut Islands) {
 }
 
 /// Sets non-finite bodies aside, puts still islands to sleep, and splits one island that may come
-/// apart. `notes`: findings of finalize; islands are checked only when some body was still for long
-/// enough. `step`: the number of steps before this one.
+/// apart. `moved`: the findings of finalize; islands are checked only when some body was still for
+/// long enough. `step`: the number of steps before this one.
 pub(crate) fn rest_still_islands(
     ctx: &StepContext,
     step: u64,
-    notes: impl Iterator<Item = Note>,
+    moved: &finalize::Scratch,
     shapes: &Shapes,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
@@ -80,7 +81,7 @@ pub(crate) fn rest_still_islands(
     let (config, spacing) = (&ctx.sleep, ctx.stillness().spacing());
     let mut still = false;
     idle.clear();
-    for note in notes {
+    for note in moved.notes() {
         match note {
             Note::Idle(row) => idle.push(row),
             Note::Still => still = true,

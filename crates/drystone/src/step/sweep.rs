@@ -18,6 +18,7 @@ mod paths;
 use self::hooks::HookCalls;
 use self::paths::{Paths, pose_of, put};
 use super::context::StepContext;
+use super::finalize;
 use super::hooks::Hooks;
 use super::notes::Flight;
 use super::one_way;
@@ -86,10 +87,9 @@ impl Output for Met {
 }
 
 /// Stops fast bodies at the first shape on their path.
-pub(crate) fn stop_fast_bodies<'a>(
+pub(crate) fn stop_fast_bodies(
     ctx: &StepContext,
-    flights: impl Iterator<Item = &'a [Flight]>,
-    (contacts, joints, hooks): (&Contacts, &Joints, Option<&Hooks<'_>>),
+    (moved, contacts, joints, hooks): (&finalize::Scratch, &Contacts, &Joints, Option<&Hooks<'_>>),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -99,7 +99,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     let Scratch { fast, flight_of, near, met, stopped, meetings, stops, slack } = scratch;
     fast.clear();
     stops.clear();
-    flights.for_each(|some| fast.extend_from_slice(some));
+    moved.flights().for_each(|some| fast.extend_from_slice(some));
     if let Some(enough) = slack.look(fast.len()) {
         fast.shrink_to(enough);
     }
