@@ -34,7 +34,8 @@ pub struct HitEvent {
     pub body_a: BodyId,
     /// Body of the second shape.
     pub body_b: BodyId,
-    /// Position [m, world].
+    /// Position [m, world]: in the middle between the surfaces as they were at the start of the
+    /// step, so it is off the surface by up to half of their approach in the step.
     pub point: Vec3,
     /// Contact normal from A to B [world].
     pub normal: Vec3,
