@@ -143,15 +143,17 @@ pub(crate) fn vectors(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Vec
     Ok(numbers.as_chunks::<3>().0.iter().map(|v| Vec3::from(*v)).collect())
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "the engine counts in f32")]
 fn numbers_of(field: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f32>, Vec<usize>)> {
     let any = plain(field, value, "fiu", "an array of numbers")?;
-    let py = value.py();
-    let options = PyDict::new(py);
-    options.set_item(intern!(py, "copy"), false)?;
-    options.set_item(intern!(py, "order"), "C")?;
-    let cast = any.call_method(intern!(py, "astype"), ("float32",), Some(&options))?;
-    let cast = cast.cast::<PyArrayDyn<f32>>()?;
-    Ok((cast.readonly().as_slice()?.to_vec(), cast.shape().to_vec()))
+    if let Ok(exact) = any.cast::<PyArrayDyn<f32>>() {
+        return Ok((exact.readonly().to_vec()?, exact.shape().to_vec()));
+    }
+    // Numpy warns of numbers beyond f32; the engine refuses infinity anyway.
+    let wide = any.call_method1(intern!(value.py(), "astype"), ("float64",))?;
+    let wide = wide.cast::<PyArrayDyn<f64>>()?;
+    let numbers = wide.readonly().to_vec()?.into_iter().map(|x| x as f32).collect();
+    Ok((numbers, wide.shape().to_vec()))
 }
 
 /// Whole numbers of an array-like with rows of three.
@@ -207,7 +209,7 @@ pub(crate) fn mask(
     Ok(chosen)
 }
 
-/// The value as an array whose type is of one of these kinds.
+/// The value as an array in C order whose type is of one of these kinds.
 fn plain<'py>(
     field: &str,
     value: &Bound<'py, PyAny>,
@@ -230,7 +232,12 @@ fn plain<'py>(
         let whole = if kinds.contains('f') { "float32" } else { "int64" };
         return any.call_method1("astype", (whole,));
     }
-    Ok(any)
+    let flags = any.getattr(intern!(py, "flags"))?;
+    let is = |name: &Bound<'py, PyString>| flags.getattr(name)?.is_truthy();
+    if is(intern!(py, "c_contiguous"))? && is(intern!(py, "aligned"))? {
+        return Ok(any);
+    }
+    any.call_method0(intern!(py, "copy"))
 }
 
 /// Columns of a structured array, each with one entry or one row for each record.
@@ -288,7 +295,10 @@ impl<'py> Table<'py> {
             let rest = shape.get_slice(1, shape.len());
             fields.push((*name, dtype, rest));
         }
-        let dtype = PyList::new(py, fields)?;
+        let options = PyDict::new(py);
+        options.set_item(intern!(py, "align"), true)?;
+        let fields = (PyList::new(py, fields)?,);
+        let dtype = numpy(py)?.call_method(intern!(py, "dtype"), fields, Some(&options))?;
         let records = numpy(py)?.call_method1(intern!(py, "empty"), (self.count, dtype))?;
         for (name, column) in self.columns {
             records.set_item(name, column)?;

@@ -24,7 +24,7 @@ impl PyScene {
     /// Reads a file (.json, .gltf, .glb, .obj, .urdf, .xml), or makes a built-in scene such as
     /// 'tower' or 'wall:ball=1'. A text with an ending or a folder is a file.
     ///
-    /// `strict` refuses a file of which anything was left out, changed or approximated: see `notes`.
+    /// `strict` refuses a file of which anything was left out, changed or approximated (`notes`).
     /// `base` ('auto', 'fixed', 'floating') and `ground` (height [m]) are for .urdf files;
     /// `auto_colliders` ('hull', 'mesh', 'box') for glTF and .obj files without physics.
     #[staticmethod]

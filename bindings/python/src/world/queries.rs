@@ -83,7 +83,8 @@ impl From<ShapeHit> for PyHit {
 }
 
 /// All queries take these keywords: `layers`, `mask`, `exclude` (bits), `exclude_bodies`, `kinds`
-/// ('static', 'kinematic', 'dynamic', or a list), `sensors`, `inside` ('solid', 'hollow', 'ignore').
+/// ('static', 'kinematic', 'dynamic', or a list), `sensors`, `inside` ('solid', 'hollow' or
+/// 'ignore').
 #[pymethods]
 impl PyWorld {
     /// The first shape on the way from `origin` by `delta` [m, world]; None where there is none.
@@ -104,7 +105,7 @@ impl PyWorld {
     /// The first shape on each of many rays: arrays (n, 3) of origins and of ways [m, world].
     ///
     /// A structured array (n,): hit (bool), body and shape (ids, 0 without a hit), fraction
-    /// (infinite without one), point, normal (NaN without one), inside. On all threads of the world.
+    /// (infinite without one), point, normal (NaN without one), inside. All threads take part.
     #[pyo3(signature = (origins, deltas, **filter))]
     fn rays<'py>(
         slf: &Bound<'py, Self>,
