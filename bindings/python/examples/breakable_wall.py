@@ -17,7 +17,7 @@ def throw(speed: float) -> tuple[int, int, float]:
     wall = world.add_body(name="wall", shapes=bricks, glue=1e6)
     mass = wall.mass
     ball = world.add_body(
-        position=[0, 1, -3], linear_velocity=[0, 0, speed], shapes=ds.Shape.sphere(0.25), mass=100
+        position=[0, 1, -0.6], linear_velocity=[0, 0, speed], shapes=ds.Shape.sphere(0.25), mass=100
     )
     broken, pieces = 0, [wall]
     for _ in range(90):

@@ -261,6 +261,8 @@ impl PyBatch {
 
     /// Sets the forces [N, world] and torques [N m, world] that act on the bodies of the chosen
     /// worlds in every step from now on: arrays (n, bodies, 3). Bodies that are not dynamic take 0.
+    ///
+    /// A force beyond 1e10 m/s² is refused at its body; those before it are set then.
     #[pyo3(signature = (forces=None, torques=None, *, mask=None))]
     fn set_forces(
         &self,

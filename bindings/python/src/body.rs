@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::arrays::{array, pose, real, rotation, small, vec_out, vector, wxyz};
-use crate::errors::refused;
+use crate::errors::{refused, unsuitable};
 use crate::options::one_of;
 use crate::world::{PyWorld, fracture, gone, time_step};
 
@@ -32,6 +32,14 @@ impl PyBody {
 
     fn call(&self, call: BodyCall) -> PyResult<()> {
         self.world.get().call_body(self.id, call)
+    }
+
+    /// Makes a call that pushes: on other bodies than dynamic ones the engine lets it be.
+    fn push(&self, call: BodyCall) -> PyResult<()> {
+        if self.read(|body| body.kind())? == BodyKind::Dynamic {
+            return self.call(call);
+        }
+        Err(unsuitable("body", &self.__repr__(), "a dynamic body, which can be pushed"))
     }
 }
 
@@ -214,7 +222,7 @@ impl PyBody {
         at: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let impulse = vector("impulse", impulse)?;
-        self.call(match at {
+        self.push(match at {
             Some(point) => BodyCall::ApplyImpulseAt(impulse, vector("at", point)?),
             None => BodyCall::ApplyImpulse(impulse),
         })
@@ -222,7 +230,7 @@ impl PyBody {
 
     /// Adds an angular impulse [N m s, world].
     fn apply_angular_impulse(&self, impulse: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.call(BodyCall::ApplyAngularImpulse(vector("impulse", impulse)?))
+        self.push(BodyCall::ApplyAngularImpulse(vector("impulse", impulse)?))
     }
 
     /// Adds a force [N, world] for the next step alone, at its center of mass or at a point [m,
@@ -234,7 +242,7 @@ impl PyBody {
         at: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let force = vector("force", force)?;
-        self.call(match at {
+        self.push(match at {
             Some(point) => BodyCall::AddStepForceAt(force, vector("at", point)?),
             None => BodyCall::AddStepForce(force),
         })
@@ -242,17 +250,17 @@ impl PyBody {
 
     /// Adds a torque [N m, world] for the next step alone.
     fn add_step_torque(&self, torque: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.call(BodyCall::AddStepTorque(vector("torque", torque)?))
+        self.push(BodyCall::AddStepTorque(vector("torque", torque)?))
     }
 
     /// Sets the force that acts in every step from now on [N, world].
     fn set_lasting_force(&self, force: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.call(BodyCall::SetLastingForce(vector("force", force)?))
+        self.push(BodyCall::SetLastingForce(vector("force", force)?))
     }
 
     /// Sets the torque that acts in every step from now on [N m, world].
     fn set_lasting_torque(&self, torque: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.call(BodyCall::SetLastingTorque(vector("torque", torque)?))
+        self.push(BodyCall::SetLastingTorque(vector("torque", torque)?))
     }
 
     /// Sets the rates at which its velocities decay [1/s].

@@ -62,6 +62,12 @@ pub(crate) fn bad(field: &str, value: &str, allowed: &str) -> PyErr {
     definition(&text, field, value, allowed, "value")
 }
 
+/// The exception of a value that is good by itself but does not suit its use.
+pub(crate) fn unsuitable(field: &str, value: &str, allowed: &str) -> PyErr {
+    let text = format!("`{field}` must be {allowed} (got {value})");
+    definition(&text, field, value, allowed, "unsuitable")
+}
+
 /// The exception of an id that refers to nothing in the world.
 pub(crate) fn missing(field: &str, value: &str, allowed: &str) -> PyErr {
     let text = format!("`{field}` must be {allowed} (got {value})");

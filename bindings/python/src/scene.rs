@@ -143,8 +143,9 @@ impl PyScene {
             let more =
                 if rest.is_empty() { String::new() } else { format!(" (and {} more)", rest.len()) };
             let problem = format!("{first}{more}");
-            let text = format!("{}: {problem}", self.source);
             let allowed = "a file that is read in full, as strict=True demands";
+            let file = if self.source.is_empty() { "the text" } else { self.source.as_str() };
+            let text = format!("{file}: {problem}, expected {allowed}");
             return Err(scene_error(&text, &self.source, "", &problem, allowed));
         }
         // An error of the engine shows here, and not at the first world.

