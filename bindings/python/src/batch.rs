@@ -126,8 +126,9 @@ impl PyBatch {
         let chosen = self.chosen(mask)?;
         let guard = self.lock()?;
         let slots = &guard.slots;
-        // A round is as many steps of every world as fit the time between two looks.
-        let mut round = 1;
+        // A round is as many steps of every world as fit the time between two looks. A world that is
+        // stepped several times finds its own data in the cache.
+        let mut round = 4;
         while left > 0 {
             let steps = left.min(round);
             let start = Instant::now();

@@ -7,6 +7,7 @@ import drystone as ds
 import numpy as np
 import pytest
 from conftest import DT, G
+from drystone.typing import SpringOptions
 
 
 @pytest.fixture
@@ -171,6 +172,7 @@ def test_a_weak_joint_breaks_and_says_so(hung: ds.World) -> None:
 def test_bad_joints_are_refused_with_the_field(hung: ds.World) -> None:
     bob = weight(hung, [0, -1, 0])
     add = hung.add_joint
+    soft: SpringOptions = {"hertz": 1}
     calls: list[tuple[Callable[[], object], str]] = [
         (lambda: add("glue", "hook", bob), "kind"),  # type: ignore[arg-type]
         (lambda: add("rope", "hook", bob), "length"),
@@ -178,7 +180,7 @@ def test_bad_joints_are_refused_with_the_field(hung: ds.World) -> None:
         (lambda: add("ball", bob, bob), "body_b"),
         (lambda: add("hinge", "hook", bob, at=[0, 0]), "at"),
         (lambda: add("hinge", "hook", bob, at=[0, 0, 0], between=([0, 0, 0], [0, 0, 0])), "anchors"),
-        (lambda: add("hinge", "hook", bob, motor=(1, 1), servo=(0, {"hertz": 1})), "motor"),
+        (lambda: add("hinge", "hook", bob, motor=(1, 1), servo=(0, soft)), "motor"),
     ]
     for call, field in calls:
         with pytest.raises(ds.DefError) as refused:
