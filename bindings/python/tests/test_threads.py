@@ -33,12 +33,12 @@ def test_other_threads_run_while_a_step_is_computed(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["world", "batch"])
 def test_two_threads_in_one_world_are_an_error_and_it_stays_whole(kind: str) -> None:
     one: ds.World | ds.Batch
-    one = ds.World("large_pyramid") if kind == "world" else ds.Batch("tower", 256, threads=1)
+    one = ds.World("large_pyramid") if kind == "world" else ds.Batch("tower", 16, threads=1)
     errors: list[Exception] = []
 
     def work() -> None:
         try:
-            one.step(n=300)
+            one.step(n=60)
         except Exception as error:
             errors.append(error)
 
