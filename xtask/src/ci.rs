@@ -31,6 +31,7 @@ const STAGES: &[Stage] = &[
     ("wasm", wasm),
     ("instructions", || instructions::run(false, &programs(true)?.join("drystone"))),
     ("web", web::check),
+    ("python", python),
 ];
 
 /// Runs the named stages, or all stages, in the order of the list.
@@ -133,6 +134,18 @@ fn tests(release: bool) -> Command {
 fn programs(release: bool) -> Result<PathBuf, String> {
     run_to_end(tests(release).arg("--no-run"))?;
     Ok(target().join(if release { "release" } else { "debug" }))
+}
+
+/// Builds the wheel and runs its checks. The script reports `SKIPPED` without pip or a network.
+fn python() -> Outcome {
+    let is_named = std::env::args().any(|word| word == "python");
+    if is_named || std::env::var_os("DRYSTONE_CI_PYTHON").is_some() {
+        return run_to_end(&mut Command::new(root().join("bindings/python/ci.sh")));
+    }
+    println!(
+        "   SKIPPED: the Python bindings; `cargo xtask ci python` or DRYSTONE_CI_PYTHON=1 runs them"
+    );
+    Ok(())
 }
 
 fn golden_hashes(release: bool) -> Outcome {
