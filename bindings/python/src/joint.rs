@@ -227,7 +227,7 @@ fn cone(options: &Options<'_, '_>) -> PyResult<JointKind> {
 fn six_dof(options: &Options<'_, '_>) -> PyResult<SixDof> {
     let mut joint = SixDof::FIXED;
     for (name, axis) in AXES.iter().zip(Axis::ALL) {
-        if let Some(def) = options.with(*name, axis_def)? {
+        if let Some(def) = options.with(name, axis_def)? {
             joint = joint.with_axis(*axis, def);
         }
     }

@@ -234,7 +234,7 @@ impl PyWorld {
             value,
             limit,
             |p| p.position(),
-            |x| ParticleCall::SetPosition(x),
+            ParticleCall::SetPosition,
         )
     }
 
@@ -252,7 +252,7 @@ impl PyWorld {
             value,
             limit,
             |p| p.velocity(),
-            |v| ParticleCall::SetVelocity(v),
+            ParticleCall::SetVelocity,
         )
     }
 
