@@ -59,16 +59,13 @@ pub fn wanted(name: &str) -> bool {
     std::env::args().any(|word| word == name) || std::env::var_os("DRYSTONE_CI_WEB").is_some()
 }
 
+/// The Python package needs an interpreter to be compiled, so it has a stage of its own.
+const WITHOUT_PYTHON: [&str; 2] = ["--exclude", "drystone-python"];
+
 fn clippy() -> Outcome {
-    run_to_end(cargo().args([
-        "clippy",
-        "--quiet",
-        "--workspace",
-        "--all-targets",
-        "--",
-        "-D",
-        "warnings",
-    ]))
+    let mut command = cargo();
+    command.args(["clippy", "--quiet", "--workspace"]).args(WITHOUT_PYTHON);
+    run_to_end(command.args(["--all-targets", "--", "-D", "warnings"]))
 }
 
 /// Checks the engine alone, with fewer and with more features than the programs here use. Its tests
@@ -95,7 +92,8 @@ const UNITS: [&str; 16] = [
 /// collide.
 fn doc() -> Outcome {
     let mut command = cargo();
-    command.args(["doc", "--quiet", "--workspace", "--no-deps", "--lib"]);
+    command.args(["doc", "--quiet", "--workspace"]).args(WITHOUT_PYTHON);
+    command.args(["--no-deps", "--lib"]);
     let flags = "-D warnings --force-warn rustdoc::broken_intra_doc_links";
     let output = command.env("RUSTDOCFLAGS", flags).stdout(Stdio::inherit()).output();
     let output = output.map_err(|error| format!("cargo doc: {error}"))?;
@@ -116,15 +114,14 @@ fn is_unit_or_key(message: &str) -> bool {
 
 /// Runs all tests, in debug or in release. Release runs check hashes again. They leave out
 /// pictures, which have no hash: optimizing the graphics stack would take longer than all tests.
-/// They leave out the plugin for Bevy, whose own tests compare hashes in debug, and the Python
-/// package, which has a stage of its own.
+/// They leave out the plugin for Bevy, whose own tests compare hashes in debug.
 fn tests(release: bool) -> Command {
     let mut command = cargo();
-    command.args(["test", "--quiet", "--workspace"]);
+    command.args(["test", "--quiet", "--workspace"]).args(WITHOUT_PYTHON);
     if release {
         command.arg("--release").args(WITHOUT_GRAPHICS);
         command.args(["--exclude", "drystone-render", "--exclude", "drystone-view"]);
-        command.args(["--exclude", "bevy_drystone", "--exclude", "drystone-python"]);
+        command.args(["--exclude", "bevy_drystone"]);
     }
     command
 }
@@ -137,10 +134,14 @@ fn programs(release: bool) -> Result<PathBuf, String> {
     Ok(target().join(if release { "release" } else { "debug" }))
 }
 
-/// Builds the wheel and runs its checks. The script reports `SKIPPED` without pip or a network.
+/// Lints the Python package, builds its wheel and runs its checks. The script reports `SKIPPED`
+/// without pip or a network.
 fn python() -> Outcome {
     let is_named = std::env::args().any(|word| word == "python");
     if is_named || std::env::var_os("DRYSTONE_CI_PYTHON").is_some() {
+        let mut command = cargo();
+        command.args(["clippy", "--quiet", "--package", "drystone-python", "--all-targets"]);
+        run_to_end(command.args(["--", "-D", "warnings"]))?;
         return run_to_end(&mut Command::new(root().join("bindings/python/ci.sh")));
     }
     println!(
