@@ -54,9 +54,10 @@ pub fn run(only: &[&str]) -> Outcome {
     Ok(())
 }
 
-/// Whether a stage that is off by default was requested, by its name or by the environment.
-pub fn wanted(name: &str) -> bool {
-    std::env::args().any(|word| word == name) || std::env::var_os("DRYSTONE_CI_WEB").is_some()
+/// Whether a stage that is off by default was requested, by its name or by a variable of the
+/// environment.
+pub fn wanted(name: &str, variable: &str) -> bool {
+    std::env::args().any(|word| word == name) || std::env::var_os(variable).is_some()
 }
 
 /// The Python package needs an interpreter to be compiled, so it has a stage of its own.
@@ -137,8 +138,7 @@ fn programs(release: bool) -> Result<PathBuf, String> {
 /// Lints the Python package, builds its wheel and runs its checks. The script reports `SKIPPED`
 /// without pip or a network.
 fn python() -> Outcome {
-    let is_named = std::env::args().any(|word| word == "python");
-    if is_named || std::env::var_os("DRYSTONE_CI_PYTHON").is_some() {
+    if wanted("python", "DRYSTONE_CI_PYTHON") {
         let mut command = cargo();
         command.args(["clippy", "--quiet", "--package", "drystone-python", "--all-targets"]);
         run_to_end(command.args(["--", "-D", "warnings"]))?;
@@ -157,7 +157,7 @@ fn golden_hashes(release: bool) -> Outcome {
 
 /// Runs only on request: two builds of the engine, one with SIMD and one without.
 fn wasm() -> Outcome {
-    if wanted("wasm") {
+    if wanted("wasm", "DRYSTONE_CI_WEB") {
         return targets::check("wasm");
     }
     println!(
