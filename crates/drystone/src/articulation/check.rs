@@ -3,7 +3,7 @@
 use super::def::{LinkDef, RowSoftness, TreeDef, TreeError, TreeJoint, TreeJointKind};
 
 /// Largest magnitude of a length, mass or other number of a definition.
-const MOST: f64 = 1.0e12;
+const MAX: f64 = 1.0e12;
 
 /// Checks everything but the inertia of joints, which needs the tree.
 pub(super) fn check(def: &TreeDef) -> Result<(), TreeError> {
@@ -22,17 +22,17 @@ pub(super) fn check(def: &TreeDef) -> Result<(), TreeError> {
         if coupling.leader == Some(coupling.follower) {
             return Err(TreeError::new(place, "itself", "a leader that is another joint"));
         }
-        numbers(&format!("{place}.polynomial"), &coupling.polynomial, -MOST)?;
+        numbers(&format!("{place}.polynomial"), &coupling.polynomial, -MAX)?;
         soft(&place, coupling.softness)?;
     }
     for (i, tendon) in def.tendons.iter().enumerate() {
         let place = format!("tendons[{i}]");
         for (joint, weight) in &tendon.terms {
             has_axis(def, *joint, &place)?;
-            numbers(&format!("{place}.terms"), &[*weight], -MOST)?;
+            numbers(&format!("{place}.terms"), &[*weight], -MAX)?;
         }
         range(&place, tendon.range)?;
-        numbers(&format!("{place}.rest"), &[tendon.rest], -MOST)?;
+        numbers(&format!("{place}.rest"), &[tendon.rest], -MAX)?;
         let forces = [tendon.stiffness, tendon.damping, tendon.friction];
         numbers(&format!("{place}: stiffness, damping or friction"), &forces, 0.0)?;
     }
@@ -46,8 +46,8 @@ pub(super) fn check(def: &TreeDef) -> Result<(), TreeError> {
         if closure.link_b == Some(closure.link_a) {
             return Err(TreeError::new(place, closure.link_a, "two different links"));
         }
-        numbers(&format!("{place}.point_a"), &closure.point_a, -MOST)?;
-        numbers(&format!("{place}.point_b"), &closure.point_b, -MOST)?;
+        numbers(&format!("{place}.point_a"), &closure.point_a, -MAX)?;
+        numbers(&format!("{place}.point_b"), &closure.point_b, -MAX)?;
         if let Some(q) = closure.rotation {
             quaternion(&format!("{place}.rotation"), q)?;
         }
@@ -69,11 +69,11 @@ fn check_link(i: usize, link: &LinkDef) -> Result<(), TreeError> {
         }
         _ => {}
     }
-    numbers(&at("position"), &link.position, -MOST)?;
+    numbers(&at("position"), &link.position, -MAX)?;
     quaternion(&at("rotation"), link.rotation)?;
     numbers(&at("mass"), &[link.mass], 0.0)?;
-    numbers(&at("center"), &link.center, -MOST)?;
-    numbers(&at("inertia"), &link.inertia, -MOST)?;
+    numbers(&at("center"), &link.center, -MAX)?;
+    numbers(&at("inertia"), &link.inertia, -MAX)?;
     if factor(link.inertia).is_none() {
         let allowed = "an inertia without negative moments";
         return Err(TreeError::new(at("inertia"), format!("{:?}", link.inertia), allowed));
@@ -97,14 +97,14 @@ fn check_joint(
         let allowed = "a free joint alone on the first link";
         return Err(TreeError::new(at("kind"), "Free", allowed));
     }
-    numbers(&at("anchor"), &joint.anchor, -MOST)?;
-    numbers(&at("axis"), &joint.axis, -MOST)?;
+    numbers(&at("anchor"), &joint.anchor, -MAX)?;
+    numbers(&at("axis"), &joint.axis, -MAX)?;
     let length = joint.axis.iter().map(|x| x * x).sum::<f64>();
     if !(ball || free || length > 1.0e-24) {
         return Err(TreeError::new(at("axis"), format!("{:?}", joint.axis), "a length above 0"));
     }
-    numbers(&at("reference"), &[joint.reference], -MOST)?;
-    numbers(&at("rest"), &[joint.rest], -MOST)?;
+    numbers(&at("reference"), &[joint.reference], -MAX)?;
+    numbers(&at("rest"), &[joint.rest], -MAX)?;
     numbers(&at("armature"), &[joint.armature], 0.0)?;
     numbers(&at("damping"), &[joint.damping], 0.0)?;
     numbers(&at("stiffness"), &[joint.stiffness], 0.0)?;
@@ -119,11 +119,11 @@ fn check_joint(
     Ok(())
 }
 
-/// Checks that all values are finite, at least `least`, and not too large.
-fn numbers(place: &str, values: &[f64], least: f64) -> Result<(), TreeError> {
+/// Checks that all values are finite, at least `minimum`, and not too large.
+fn numbers(place: &str, values: &[f64], minimum: f64) -> Result<(), TreeError> {
     for value in values {
-        if !(*value >= least && *value <= MOST) {
-            let allowed = format!("{least:e} to {MOST:e}");
+        if !(*value >= minimum && *value <= MAX) {
+            let allowed = format!("{minimum:e} to {MAX:e}");
             return Err(TreeError::new(place, value, &allowed));
         }
     }
@@ -131,7 +131,7 @@ fn numbers(place: &str, values: &[f64], least: f64) -> Result<(), TreeError> {
 }
 
 fn quaternion(place: &str, q: [f64; 4]) -> Result<(), TreeError> {
-    numbers(place, &q, -MOST)?;
+    numbers(place, &q, -MAX)?;
     if !(q.iter().map(|x| x * x).sum::<f64>() > 1.0e-12) {
         return Err(TreeError::new(place, format!("{q:?}"), "a length above 0"));
     }
@@ -140,7 +140,7 @@ fn quaternion(place: &str, q: [f64; 4]) -> Result<(), TreeError> {
 
 fn range(place: &str, range: Option<[f64; 2]>) -> Result<(), TreeError> {
     let Some([low, high]) = range else { return Ok(()) };
-    numbers(&format!("{place}.range"), &[low, high], -MOST)?;
+    numbers(&format!("{place}.range"), &[low, high], -MAX)?;
     if low > high {
         let allowed = "a lowest value that is not above the highest";
         return Err(TreeError::new(format!("{place}.range"), format!("{low} to {high}"), allowed));

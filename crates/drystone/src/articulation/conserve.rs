@@ -12,7 +12,7 @@ use super::tree::Tree;
 use super::work::{Buffers, TreeWork};
 
 /// Largest factor by which a step may raise the energy of the inner motion to keep the whole.
-const MOST_GAIN: f64 = 1.05;
+const MAX_GAIN: f64 = 1.05;
 
 /// Quantities that a step conserves, at its start.
 pub(super) struct Before<N> {
@@ -101,7 +101,7 @@ impl<N: Number> Tree<N> {
             let excess = need - goal.energy;
             let size = if alone { excess.abs() } else { excess };
             let size = zero.if_less(lanes, size, zero);
-            let least = N::splat(8.0 * N::EPSILON) * scale;
+            let minimum = N::splat(8.0 * N::EPSILON) * scale;
             // No direction may have that energy: the last turn that helped stays.
             let worse = last.if_less(size, lanes, zero);
             if zero.any_less(worse) {
@@ -112,7 +112,7 @@ impl<N: Number> Tree<N> {
                 self.place(&state.q, work);
                 continue;
             }
-            if !least.any_less(size) {
+            if !minimum.any_less(size) {
                 return;
             }
             last = size;
@@ -125,14 +125,14 @@ impl<N: Number> Tree<N> {
             let safe = zero.if_less(steep, steep, one);
             let by = slope * zero.if_less(steep, -(excess / safe), zero);
             let length = by.length();
-            let most = N::splat(0.1);
-            let shrink = most.if_less(length, most / most.greater(length), one);
-            let by = by * least.if_less(size, shrink, zero);
+            let maximum = N::splat(0.1);
+            let shrink = maximum.if_less(length, maximum / maximum.greater(length), one);
+            let by = by * minimum.if_less(size, shrink, zero);
             let turn = Rotation::from_vector(by);
             let moved = center - turn.rotate(center);
             let turned = turn.times(work.rotation[0]).normalized();
             let changes = zero.if_less(length, one, zero);
-            let changes = least.if_less(size, changes, zero);
+            let changes = minimum.if_less(size, changes, zero);
             for k in 0..3 {
                 let shifted = state.q[k] + moved.0[k];
                 state.q[k] = zero.if_less(changes, shifted, state.q[k]);
@@ -238,10 +238,10 @@ impl<N: Number> Tree<N> {
         let inner = kinetic - locked_energy;
         let wanted = energy - self.gravity_energy(work) - locked_energy;
         // Below this the inner motion is rounding.
-        let least = N::splat(16.0 * N::EPSILON) * (kinetic + locked_energy) + N::splat(1.0e-30);
-        let safe = least.if_less(inner, inner, one);
-        let ratio = (wanted / safe).greater(zero).lesser(N::splat(MOST_GAIN));
-        let scale = least.if_less(inner, ratio.sqrt(), one);
+        let minimum = N::splat(16.0 * N::EPSILON) * (kinetic + locked_energy) + N::splat(1.0e-30);
+        let safe = minimum.if_less(inner, inner, one);
+        let ratio = (wanted / safe).greater(zero).lesser(N::splat(MAX_GAIN));
+        let scale = minimum.if_less(inner, ratio.sqrt(), one);
         let base = if floating { 6 } else { 0 };
         for rate in &mut state.v[base..] {
             *rate = *rate * scale;

@@ -105,7 +105,7 @@ impl<N: Number> Tree<N> {
     /// The mass matrix, with armature, as rows along `path`; after [`Tree::place`]. Its
     /// diagonal bounds the rounding errors of pivots, so it sets their floor.
     pub(super) fn fill_mass_matrix(&self, work: &mut TreeWork<N>) {
-        let least = Self::least_pivot();
+        let minimum = Self::least_pivot();
         work.composite.copy_from_slice(&work.inertia);
         for (i, link) in self.links.iter().enumerate().rev() {
             let composite = work.composite[i];
@@ -120,7 +120,7 @@ impl<N: Number> Tree<N> {
                 }
                 let at = self.rows[dof];
                 work.matrix[at] = work.matrix[at] + self.dofs[dof].armature;
-                work.floor[dof] = work.matrix[at] * least + N::splat(1.0e-36);
+                work.floor[dof] = work.matrix[at] * minimum + N::splat(1.0e-36);
             }
         }
     }

@@ -21,9 +21,9 @@ impl<N: Number> Tree<N> {
                 let allowed = format!("{count} numbers");
                 return Err(TreeError::new(name, format!("{} numbers", given.len()), &allowed));
             }
-            let most = N::splat(1.0e12);
+            let maximum = N::splat(1.0e12);
             // A NaN is not less than anything, so it is found by not being less.
-            let wrong = |x: &N| x.abs().if_less(most, N::zero(), N::one()) != N::zero();
+            let wrong = |x: &N| x.abs().if_less(maximum, N::zero(), N::one()) != N::zero();
             if let Some(i) = given.iter().position(wrong) {
                 let place = format!("{name}[{i}]");
                 return Err(TreeError::new(place, given[i].lane(0), "-1e12 to 1e12"));

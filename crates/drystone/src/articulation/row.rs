@@ -157,10 +157,10 @@ impl<N: Number> Rows<N> {
 
     #[inline(always)]
     fn bounds(&self, bound: Bound<N>) -> (N, N) {
-        let most = N::splat(UNBOUNDED);
+        let maximum = N::splat(UNBOUNDED);
         match bound {
-            Bound::None => (-most, most),
-            Bound::Push(present) => (N::zero(), present * most),
+            Bound::None => (-maximum, maximum),
+            Bound::Push(present) => (N::zero(), present * maximum),
             Bound::Box(high) => (-high, high),
             Bound::Friction(normal, coefficient) => {
                 let high = self.rows[normal].impulse * coefficient;
@@ -183,12 +183,12 @@ impl<N: Number> Rows<N> {
             if row.corrects {
                 let gap = row.gap + ahead * self.velocity(&row, y);
                 let depth = gap.abs();
-                let most = (h * (speed + N::splat(10.0) * depth)).lesser(depth);
-                let open = zero.if_less(gap, -most, most);
+                let maximum = (h * (speed + N::splat(10.0) * depth)).lesser(depth);
+                let open = zero.if_less(gap, -maximum, maximum);
                 let (target, wrong) = match row.bound {
                     Bound::Push(present) => {
                         // An open gap may close, but not beyond.
-                        let target = gap.if_less(zero, most, -gap);
+                        let target = gap.if_less(zero, maximum, -gap);
                         (target, gap.if_less(-N::splat(1.0e-9), present, zero))
                     }
                     _ => (open, N::splat(1.0e-12).if_less(depth, one, zero)),

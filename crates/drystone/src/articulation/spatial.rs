@@ -279,14 +279,14 @@ impl<N: Number> Symmetric<N> {
     pub(super) fn solve(self, v: Vector<N>) -> Vector<N> {
         let [xx, yy, zz, xy, xz, yz] = self.0;
         // Links in a line have no inertia about it; a pivot is never less than rounding.
-        let least = (xx + yy + zz) * N::splat(4.0 * N::EPSILON) + N::splat(1.0e-36);
-        let xx = xx.greater(least);
+        let minimum = (xx + yy + zz) * N::splat(4.0 * N::EPSILON) + N::splat(1.0e-36);
+        let xx = xx.greater(minimum);
         let inverse = N::one() / xx;
         let (l1, l2) = (xy * inverse, xz * inverse);
-        let d1 = (yy - l1 * xy).greater(least);
+        let d1 = (yy - l1 * xy).greater(minimum);
         let m = yz - l1 * xz;
         let l3 = m / d1;
-        let d2 = (zz - l2 * xz - l3 * m).greater(least);
+        let d2 = (zz - l2 * xz - l3 * m).greater(minimum);
         let [a, b, c] = v.0;
         let b = b - l1 * a;
         let c = c - l2 * a - l3 * b;

@@ -103,15 +103,15 @@ impl<N: Number> Tree<N> {
         }
         // Lanes take their own numbers of substeps: a lane that is done keeps its state.
         let count = self.substeps(state, h, config, work);
-        let mut most = 1;
-        while most < config.substeps
-            && N::splat(f64::from(u32::try_from(most).unwrap_or(u32::MAX))).any_less(count)
+        let mut maximum = 1;
+        while maximum < config.substeps
+            && N::splat(f64::from(u32::try_from(maximum).unwrap_or(u32::MAX))).any_less(count)
         {
-            most += 1;
+            maximum += 1;
         }
         let step = N::splat(h) / count;
-        for index in 0..most {
-            if most == 1 {
+        for index in 0..maximum {
+            if maximum == 1 {
                 let done = self.substep(state, tau, step, config, work);
                 report.recovery_work = report.recovery_work + done;
                 continue;
@@ -141,10 +141,9 @@ impl<N: Number> Tree<N> {
     ) -> N {
         self.place(&state.q, work);
         self.move_links(&state.v, work);
-        let fastest = work
-            .velocity
-            .iter()
-            .fold(N::zero(), |most, velocity| most.greater(velocity.angular.dot(velocity.angular)));
+        let fastest = work.velocity.iter().fold(N::zero(), |maximum, velocity| {
+            maximum.greater(velocity.angular.dot(velocity.angular))
+        });
         let wanted = fastest.sqrt() * N::splat(h / config.substep_turn.max(1.0e-6));
         let limit = N::splat(f64::from(u32::try_from(config.substeps.clamp(1, 256)).unwrap_or(1)));
         let wanted = wanted.lesser(limit - N::splat(0.5));

@@ -9,7 +9,7 @@ use super::spatial::{Rotation, Vector};
 use super::work::TreeWork;
 
 /// Smallest part of a diagonal entry of the mass matrix that a pivot may be, in double precision.
-const LEAST_PIVOT: f64 = 1.0e-13;
+const MIN_PIVOT: f64 = 1.0e-13;
 
 /// A link.
 #[derive(Clone, Debug)]
@@ -225,7 +225,7 @@ impl Tree<f64> {
         self.factor(&mut work, 0.0);
         for (dof, whole) in diagonal.into_iter().enumerate() {
             let pivot = work.pivots[dof];
-            if !(pivot > 1.0e-30) || pivot <= 2.0 * LEAST_PIVOT * whole {
+            if !(pivot > 1.0e-30) || pivot <= 2.0 * MIN_PIVOT * whole {
                 let joint = self.joints.partition_point(|joint| joint.dof <= dof) - 1;
                 let link = self.dofs[dof].link;
                 let index = joint - self.links[link].joints.start;
@@ -330,6 +330,6 @@ impl<N: Number> Tree<N> {
 
     /// Smallest part of a diagonal entry that a pivot may be, in this precision.
     pub(super) fn least_pivot() -> N {
-        N::splat(LEAST_PIVOT * (N::EPSILON / f64::EPSILON))
+        N::splat(MIN_PIVOT * (N::EPSILON / f64::EPSILON))
     }
 }

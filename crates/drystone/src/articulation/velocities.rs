@@ -35,14 +35,14 @@ impl<N: Number> Tree<N> {
         let has_rows = self.may_have_rows();
         work.rows.clear();
         buffers.v_middle.copy_from_slice(&state.v);
-        let mut most = N::zero();
+        let mut maximum = N::zero();
         for iteration in 0..config.iterations.clamp(1, 16) {
             self.move_links(&buffers.v_middle, work);
             self.bias(work);
             if iteration == 0 {
-                most = self.largest_change(state, tau, h, work, buffers);
+                maximum = self.largest_change(state, tau, h, work, buffers);
             }
-            self.find_change(state, tau, h, most, work, buffers);
+            self.find_change(state, tau, h, maximum, work, buffers);
             for dof in 0..dofs {
                 buffers.v[dof] = state.v[dof] + buffers.change[dof];
             }
@@ -77,13 +77,13 @@ impl<N: Number> Tree<N> {
         }
     }
 
-    /// Change of the velocities without rows, into `buffers.change`. Its norm is at most `most`.
+    /// Change of the velocities without rows, into `buffers.change`. Its norm is at most `maximum`.
     pub(super) fn find_change(
         &self,
         state: &TreeState<N>,
         tau: &[N],
         h: N,
-        most: N,
+        maximum: N,
         work: &mut TreeWork<N>,
         buffers: &mut Buffers<N>,
     ) {
@@ -100,7 +100,7 @@ impl<N: Number> Tree<N> {
             square = square + white * white;
             *value = white * root;
         }
-        let limit = most * most;
+        let limit = maximum * maximum;
         let safe = limit.if_less(square, square, N::one());
         let scale = limit.if_less(square, (limit / safe).sqrt(), N::one());
         for value in &mut buffers.change {

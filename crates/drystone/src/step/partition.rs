@@ -197,7 +197,7 @@ impl ChangeReader<'_> {
                 | Change::Closes(_)
                 | Change::Turns(_)
                 | Change::Corotates(_)
-                | Change::Blows(_)
+                | Change::Impacts(_)
                 | Change::Parts(_) => {}
             }
         }

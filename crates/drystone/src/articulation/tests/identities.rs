@@ -25,8 +25,8 @@ fn sample(seed: u64, kind: &Kind) -> (Tree<f64>, Vec<f64>, Vec<f64>, Random) {
 }
 
 /// The largest number of a list.
-fn most(list: &[f64]) -> f64 {
-    list.iter().fold(0.0, |most, x| most.max(x.abs()))
+fn maximum(list: &[f64]) -> f64 {
+    list.iter().fold(0.0, |maximum, x| maximum.max(x.abs()))
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn columns_of_the_mass_matrix_are_inverse_dynamics_of_unit_accelerations() {
             unit[k] = 1.0;
             let column = tree.inverse_dynamics(&q, &v, &unit, &mut work).to_vec();
             // Both are sums of at most 12 links' terms; the bias cancels.
-            let scale = most(&matrix) + most(&none);
+            let scale = maximum(&matrix) + maximum(&none);
             for i in 0..n {
                 let difference = column[i] - none[i] - matrix[i * n + k];
                 assert!(difference.abs() < 1.0e-12 * scale, "{seed} {i} {k}: {difference}");
@@ -69,9 +69,9 @@ fn articulated_bodies_factor_and_inverse_dynamics_agree() {
         tree.fill_mass_matrix(&mut work);
         tree.factor(&mut work, 0.0);
         let smallest = work.pivots.iter().fold(f64::MAX, |a, &b| a.min(b));
-        let condition = most(&work.pivots) / smallest;
+        let condition = maximum(&work.pivots) / smallest;
         tree.solve(&work, &mut solved);
-        let scale = most(&solved);
+        let scale = maximum(&solved);
         for i in 0..n {
             let difference = (articulated[i] - solved[i]).abs();
             assert!(difference < 1.0e-14 * condition * scale, "{seed} {i}: {difference} {scale}");
@@ -80,7 +80,7 @@ fn articulated_bodies_factor_and_inverse_dynamics_agree() {
         let back = tree.inverse_dynamics(&q, &v, &solved, &mut work).to_vec();
         let bias = tree.inverse_dynamics(&q, &v, &vec![0.0; n], &mut work).to_vec();
         for i in 0..n {
-            let limit = 1.0e-13 * (most(&bias) + condition);
+            let limit = 1.0e-13 * (maximum(&bias) + condition);
             assert!((back[i] - tau[i]).abs() < limit, "{seed} {i}: {} {}", back[i], tau[i]);
         }
     }
@@ -151,8 +151,8 @@ fn held_against_gravity_a_tree_does_not_accelerate() {
         let mut a = vec![0.0; n];
         tree.forward_dynamics(&q, &vec![0.0; n], &tau, &mut work, &mut a);
         let smallest = work.pivots.iter().fold(f64::MAX, |a, &b| a.min(b));
-        let limit = 1.0e-14 * most(&tau) / smallest;
-        assert!(most(&a) < limit, "{seed}: {} {limit}", most(&a));
+        let limit = 1.0e-14 * maximum(&tau) / smallest;
+        assert!(maximum(&a) < limit, "{seed}: {} {limit}", maximum(&a));
     }
 }
 

@@ -89,7 +89,7 @@ pub(super) fn references() -> Vec<Reference> {
 fn close(what: &str, ours: impl IntoIterator<Item = f64>, theirs: &[f64], part: f64) {
     let ours: Vec<f64> = ours.into_iter().collect();
     assert_eq!(ours.len(), theirs.len(), "{what}");
-    let scale = theirs.iter().fold(1.0e-3_f64, |most, x| most.max(x.abs()));
+    let scale = theirs.iter().fold(1.0e-3_f64, |maximum, x| maximum.max(x.abs()));
     for (i, (a, b)) in ours.iter().zip(theirs).enumerate() {
         assert!((a - b).abs() <= part * scale, "{what}[{i}]: {a}, MuJoCo has {b} (of {scale})");
     }
@@ -99,8 +99,8 @@ fn close(what: &str, ours: impl IntoIterator<Item = f64>, theirs: &[f64], part: 
 fn spread(tree: &Tree<f64>, work: &mut TreeWork<f64>) -> f64 {
     tree.fill_mass_matrix(work);
     tree.factor(work, 0.0);
-    let most = work.pivots.iter().fold(0.0_f64, |a, &b| a.max(b));
-    most / work.pivots.iter().fold(f64::MAX, |a, &b| a.min(b))
+    let maximum = work.pivots.iter().fold(0.0_f64, |a, &b| a.max(b));
+    maximum / work.pivots.iter().fold(f64::MAX, |a, &b| a.min(b))
 }
 
 #[test]
@@ -199,11 +199,11 @@ fn swing(model: &Reference, h: f64) -> (f64, f64, f64) {
     let ours = turned(&state.q, &mut work);
     let theirs = turned(last, &mut work);
     let start = turned(tree.reference(), &mut work);
-    let most = |a: &[crate::articulation::spatial::Rotation<f64>]| {
+    let maximum = |a: &[crate::articulation::spatial::Rotation<f64>]| {
         let angles = a.iter().zip(&theirs).map(|(a, b)| a.times(b.inverse()).vector().length());
         angles.fold(0.0, f64::max)
     };
-    (most(&ours).to_degrees(), most(&start).to_degrees(), gained)
+    (maximum(&ours).to_degrees(), maximum(&start).to_degrees(), gained)
 }
 
 /// Errors are about those of a second-order step, the square of rate times step; chains of balls
@@ -218,12 +218,12 @@ fn swings_end_where_mujoco_ends_with_steps_of_a_tenth_of_a_millisecond() {
         let (error, _, gained) = swing(model, 0.002);
         let (fine, _, _) = swing(model, 0.001);
         assert!(turned > 1.0, "{name} {turned}");
-        let most = if name.starts_with("balls") { 0.5 } else { 0.1 };
-        assert!(error < most, "{name} is off by {error}° of {turned}° at 2 ms");
+        let maximum = if name.starts_with("balls") { 0.5 } else { 0.1 };
+        assert!(error < maximum, "{name} is off by {error}° of {turned}° at 2 ms");
         let ratio = error / fine;
         // Dampers that stop a light link within a step are not yet in the range of the order.
-        let least = if name.ends_with("free") { 3.0 } else { 2.0 };
-        assert!(fine < 1.0e-3 || (least..5.0).contains(&ratio), "{name}: {error}° {fine}°");
+        let minimum = if name.ends_with("free") { 3.0 } else { 2.0 };
+        assert!(fine < 1.0e-3 || (minimum..5.0).contains(&ratio), "{name}: {error}° {fine}°");
         if ["ant", "cheetah", "hopper", "walker"].iter().any(|start| name.starts_with(start))
             || name == "humanoid-damped"
         {

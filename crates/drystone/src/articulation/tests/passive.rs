@@ -28,16 +28,16 @@ fn gain(seed: u64, kind: &Kind, hertz: f64, time: f64, config: &TreeStepConfig) 
     let [kinetic, potential] = energies(&tree, &state, &mut work);
     let scale = kinetic.max(9.81 * 0.1 * tree.center_of_mass(&work).0);
     let start = kinetic + potential;
-    let (mut most, mut recovered, mut left) = (0.0_f64, 0.0, time * hertz);
+    let (mut maximum, mut recovered, mut left) = (0.0_f64, 0.0, time * hertz);
     while left > 0.5 {
         let report = tree.step(&mut state, &tau, 1.0 / hertz, config, &mut work);
         recovered += report.recovery_work;
         let energy: f64 = energies(&tree, &state, &mut work).iter().sum();
         assert!(energy.is_finite(), "seed {seed} at {hertz} Hz");
-        most = most.max(energy - recovered - start);
+        maximum = maximum.max(energy - recovered - start);
         left -= 1.0;
     }
-    most / scale
+    maximum / scale
 }
 
 /// Checks that none of the trees gains more than a thousandth.

@@ -62,8 +62,8 @@ fn violated_limit_closes_at_a_bounded_speed_and_leaves_none() {
             let before = state.q[0];
             tree.step(&mut state, &[0.0], h, &TreeStepConfig::default(), &mut work);
             // 1 rad/s, plus ten times the depth a second.
-            let most = h * (1.0 + 10.0 * before.abs());
-            assert!(state.q[0] - before <= most * 1.000_001, "{h} {}", state.q[0] - before);
+            let maximum = h * (1.0 + 10.0 * before.abs());
+            assert!(state.q[0] - before <= maximum * 1.000_001, "{h} {}", state.q[0] - before);
             assert!(state.v[0].abs() < 1.0e-12, "{}", state.v[0]);
             steps += 1;
             assert!(steps < 2000);

@@ -407,7 +407,7 @@ impl Team {
         // time.
         let mut counts = [0_u16; PHASES];
         for (count, phase) in counts.iter_mut().zip(range) {
-            *count = u16::try_from(chunks(phase).min(MAX)).expect("at most MOST");
+            *count = u16::try_from(chunks(phase).min(MAX)).expect("at most MAX");
         }
         let counts = &counts[..phases];
         let alone = self.is_alone() || counts.iter().all(|n| *n <= 1);

@@ -20,7 +20,7 @@ pub(crate) enum Change {
     Corotates(u32),
     /// The bodies meet at impact speed, and the contact does not bounce ([`may_impact`]). No change
     /// by itself.
-    Blows(u32),
+    Impacts(u32),
     /// The contact may be parted in this step: one of its points is deep, or it was parted in the
     /// last step. No change by itself.
     Parts(u32),

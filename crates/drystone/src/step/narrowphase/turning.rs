@@ -97,7 +97,7 @@ pub(super) fn list_for_solver(
         out.push(Change::Corotates(row));
     }
     if may_impact(ctx, contact, bodies) {
-        out.push(Change::Blows(row));
+        out.push(Change::Impacts(row));
     }
     list_parting(ctx, (row, contact), out);
 }
@@ -111,7 +111,7 @@ impl super::scratch::Scratch {
             match change {
                 Change::Corotates(_) => listed[0] = true,
                 Change::Parts(_) => listed[1] = true,
-                Change::Blows(_) => listed[2] = true,
+                Change::Impacts(_) => listed[2] = true,
                 _ => {}
             }
         }

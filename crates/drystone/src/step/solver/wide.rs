@@ -5,7 +5,7 @@ use fearless_simd::dispatch;
 
 use super::body::integrate;
 use super::body::row::Aux;
-use super::contact::arena::{Arena, Blocks};
+use super::contact::arena::{Blocks, Buffers};
 use super::contact::lent::{ContactRows, Needs};
 use super::contact::sweep::ContactSweep;
 use super::contact::{store, sweep};
@@ -88,9 +88,8 @@ pub(crate) fn solve(
     let (slots, softened) = contacts.solved_mut(apart);
     let plan = &s.plan;
     let keep = !tied.scratch.groups.is_empty();
-    let (blocks, contact) = s.contact.lend(plan, needs, apart);
-    let Arena { own, buffers, size } = Arena::new(plan, blocks, workers, keep);
-    let end = own.len();
+    let (contact, of_workers) = s.contact.lend(plan, needs, (workers, keep), apart);
+    let Buffers { first, blocks: buffers, size } = of_workers;
     let solver = Solver {
         ctx,
         method,
@@ -103,7 +102,7 @@ pub(crate) fn solve(
         softened,
         joint_slots: Rows::new(joints.rows.values_mut(), apart),
         body: s.solved.lend(apart),
-        contact: ContactRows { blocks: Blocks::new(own, 0, apart), ..contact },
+        contact,
         joint: s.joint.lend(apart),
         tree: s.tree.lend(apart),
         impacts: Rows::new(&mut s.impacts, apart),
@@ -122,7 +121,7 @@ pub(crate) fn solve(
         let number = plan.shared + number;
         if groups.binary_search(&number).is_err() {
             let range = plan.contacts.blocks_of(&plan.groups[number].contacts);
-            let blocks = if range.end <= end {
+            let blocks = if range.end <= first {
                 solver.contact.blocks
             } else {
                 Blocks::new(&mut buffer[..range.len()], range.start, apart)

@@ -48,17 +48,24 @@ impl<'a> Blocks<'a> {
 #[derive(Debug)]
 pub(crate) struct Arena<'a> {
     /// The first blocks of the plan.
-    pub(crate) own: &'a mut [ContactBlock],
-    /// One buffer for each worker, for the groups that it solves alone.
-    pub(crate) buffers: &'a mut [ContactBlock],
-    /// Blocks in a buffer.
+    pub(super) own: &'a mut [ContactBlock],
+    pub(super) buffers: Buffers<'a>,
+}
+
+/// One buffer for each worker, for the groups that it solves alone.
+#[derive(Debug)]
+pub(crate) struct Buffers<'a> {
+    /// Number of the plan's blocks with a place of their own; the others need a buffer.
+    pub(crate) first: usize,
+    /// The blocks of all buffers, and the number of blocks in a buffer.
+    pub(crate) blocks: &'a mut [ContactBlock],
     pub(crate) size: usize,
 }
 
 impl<'a> Arena<'a> {
     /// Allocates `blocks` for the groups of `plan` and this many workers. `keep`: all blocks keep
     /// their data until the next step.
-    pub(crate) fn new(
+    pub(super) fn new(
         plan: &Plan,
         blocks: &'a mut Vec<ContactBlock>,
         workers: usize,
@@ -82,7 +89,8 @@ impl<'a> Arena<'a> {
             grow::make_room(blocks, more);
             blocks.resize_with(n, ContactBlock::default);
         }
-        let (own, buffers) = blocks.split_at_mut(own);
-        Self { own, buffers: &mut buffers[..size * workers], size }
+        let (own, rest) = blocks.split_at_mut(own);
+        let buffers = Buffers { first: own.len(), blocks: &mut rest[..size * workers], size };
+        Self { own, buffers }
     }
 }

@@ -1,7 +1,7 @@
 //! Rows of contacts: their memory, kept from step to step, and as they are lent to the workers of
 //! a phase.
 
-use super::arena::Blocks;
+use super::arena::{Arena, Blocks, Buffers};
 use super::block::{ContactBlock, Extra};
 use super::parting::Parting;
 use crate::base::bit_set::BitSet;
@@ -34,10 +34,10 @@ pub(crate) struct ContactRows<'a> {
     /// Some contact has rows for rolling, surface velocity, restitution or the like.
     pub(crate) has_extras: bool,
     /// Some contact that does not bounce may get an impact: see
-    /// [`may_impact`](crate::step::narrowphase::turns::blows).
+    /// [`may_impact`](crate::step::narrowphase::turning::may_impact).
     pub(crate) has_impacts: bool,
     /// The two bodies of some contact rotate together: see
-    /// [`corotates`](crate::step::narrowphase::turns::corotates).
+    /// [`corotates`](crate::step::narrowphase::turning::corotates).
     pub(crate) turning: Option<&'a BitSet>,
     /// Some overlap may be corrected by displacement.
     pub(crate) parts: bool,
@@ -86,6 +86,7 @@ impl ContactScratch {
     }
 
     /// Allocates the rows of a step, and frees those that were not needed for a while.
+    /// [`Self::begin_step`] has cleared the last step's records.
     pub(crate) fn allocate(&mut self, plan: &Plan, needs: Needs) {
         let (n, bodies, groups) =
             (plan.contacts.owners.len(), plan.members.len() + 1, plan.groups.len());
@@ -103,7 +104,6 @@ impl ContactScratch {
         if !plan.turning.solver_rows.is_empty() && self.meshes.len() < groups {
             self.meshes.resize_with(groups, MeshScratch::default);
         }
-        self.watches.clear();
         self.watches.resize(n, Watch::NONE);
         if self.tallies.len() < n {
             grow::resize(&mut self.tallies, n, ContactTally::default());
@@ -111,15 +111,18 @@ impl ContactScratch {
         self.peaks.resize(count(needs.peaks, n), Peaks::default());
     }
 
-    /// Lends all rows but the blocks, which an [`Arena`](super::arena::Arena) divides.
+    /// Lends the rows, with the blocks that have a place of their own, and the workers' buffers for
+    /// the other blocks: see [`Arena`].
     pub(crate) fn lend<'a>(
         &'a mut self,
         plan: &'a Plan,
         needs: Needs,
+        (workers, keep): (usize, bool),
         apart: Apart,
-    ) -> (&'a mut Vec<ContactBlock>, ContactRows<'a>) {
+    ) -> (ContactRows<'a>, Buffers<'a>) {
+        let Arena { own, buffers } = Arena::new(plan, &mut self.blocks, workers, keep);
         let rows = ContactRows {
-            blocks: Blocks::new(&mut [], 0, apart),
+            blocks: Blocks::new(own, 0, apart),
             extras: Rows::new(&mut self.extras, apart),
             begun: Rows::new(&mut self.begun, apart),
             watches: Rows::new(&mut self.watches, apart),
@@ -133,7 +136,7 @@ impl ContactScratch {
             turning: needs.corotates.then_some(&plan.turning.bodies),
             parts: needs.parts,
         };
-        (&mut self.blocks, rows)
+        (rows, buffers)
     }
 
     /// Rows of contacts that were pressed for the first time in this step.

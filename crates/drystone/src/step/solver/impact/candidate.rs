@@ -126,7 +126,7 @@ const HITS: [u8; 2] = [8, 3];
 
 /// Maximum rounds that hit the same contact if it does not bounce. Such an impact alternates
 /// between a body and its support, and loses a part in each round.
-const BLOWS: u8 = 24;
+const HITS_WITHOUT_BOUNCE: u8 = 24;
 
 /// A contact that can bounce, copied from its block at the first evaluation. An evaluation reads
 /// three cache lines.
@@ -217,7 +217,8 @@ impl Candidate {
         let extra = source.extra(self.block as usize);
         self.drifts = extra.is_some_and(|extra| extra.drifts);
         self.bounces = source.restitution(self.block as usize, lane) > 0.0;
-        self.max_hits = if self.bounces { HITS[usize::from(self.points > 1)] } else { BLOWS };
+        self.max_hits =
+            if self.bounces { HITS[usize::from(self.points > 1)] } else { HITS_WITHOUT_BOUNCE };
         let minimum = if self.bounces {
             moment.minimum.max(extra.map_or(0.0, |extra| extra.slow[lane]))
         } else {
