@@ -2,6 +2,7 @@
 
 mod bodies;
 mod character;
+mod complaints;
 mod determinism;
 mod events;
 mod fracture;
