@@ -1,6 +1,7 @@
 //! Tests of the plugin, without a window.
 
 mod bodies;
+mod casters;
 mod character;
 mod complaints;
 mod determinism;
