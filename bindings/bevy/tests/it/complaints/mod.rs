@@ -1,4 +1,4 @@
-//! What users of other plugins complained about, rebuilt as tests. Each names the thread.
+//! Complaints of users of other plugins, rebuilt as tests. Each test names the thread.
 
 mod dynamics;
 mod events;
