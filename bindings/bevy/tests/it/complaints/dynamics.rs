@@ -13,7 +13,7 @@ use crate::game::{Game, HERTZ, near};
 /// The angle by which a body is turned about z [rad].
 fn angle(game: &Game, body: Entity) -> f32 {
     let turn = game.get::<Transform>(body).rotation;
-    2.0 * turn.z.atan2(turn.w)
+    2.0 * drystone::math::trig::atan2(turn.z, turn.w)
 }
 
 /// avian#886: a pinball flipper of 71 mm and 1 g or less, with limits of its angle.
@@ -137,7 +137,7 @@ fn static_friction_holds_and_kinetic_friction_lets_slide() {
     game.change::<LinearVelocity>(pushed, |v| v.0 = turn * Vec3::X);
     game.run(64);
     let speed = game.get::<LinearVelocity>(pushed).0.length();
-    let (sin, cos) = (slope.sin(), slope.cos());
+    let (sin, cos) = drystone::math::trig::sin_cos(slope);
     // 1 m/s, and g (sin - 0.2 cos) for 1 s; the first step may still stick: g dt of it.
     let slides = 1.0 + 9.81 * (sin - 0.2 * cos);
     assert!(near(speed, slides, 9.81 / HERTZ + 0.01 * slides), "{speed} {slides}");

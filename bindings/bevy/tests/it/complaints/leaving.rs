@@ -181,5 +181,5 @@ fn bodies_go_between_frames_of_several_steps() {
         game.app.update();
         game.check();
     }
-    assert_eq!(usize::try_from(game.world().counts().dynamic).ok(), Some(cubes.len()));
+    assert_eq!(game.world().counts().dynamic, cubes.len());
 }

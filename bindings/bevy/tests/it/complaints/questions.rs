@@ -18,7 +18,8 @@ fn a_ray_meets_infinite_ground_at_any_angle() {
     for k in 0..360_u16 {
         let about = f32::from(k).to_radians();
         for fall in [0.01_f32, 0.1, 1.0, 10.0] {
-            let way = Vec3::new(about.cos(), -fall, about.sin());
+            let (sin, cos) = drystone::math::trig::sin_cos(about);
+            let way = Vec3::new(cos, -fall, sin);
             let direction = Dir3::new(way).expect("a direction");
             let from = Vec3::new(3.0, 2.0, -7.0);
             let hit = game.ask(move |query: SpatialQuery<'_, '_>| {
