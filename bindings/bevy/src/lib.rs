@@ -32,6 +32,7 @@ struct Readme;
 
 mod adopt;
 mod body;
+mod caster;
 mod character;
 mod collider;
 mod convert;
@@ -58,6 +59,7 @@ pub use self::body::{
     LinearVelocity, LockedAxes, Mass, MassProperties, NoInterpolation, PhysicsBody, RigidBody,
     RigidBodyDisabled, SleepThreshold, Sleeping, SleepingDisabled,
 };
+pub use self::caster::{RayCaster, RayHits, ShapeCaster, ShapeHits};
 pub use self::character::{CharacterHit, CharacterMove, CharacterMover, CharacterSettings};
 pub use self::collider::{Collider, ColliderError, PhysicsCollider};
 pub use self::events::{

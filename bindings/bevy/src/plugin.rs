@@ -10,6 +10,7 @@ use bevy_ecs::prelude::{
 use bevy_ecs::schedule::ScheduleLabel;
 use drystone::World;
 
+use crate::caster::cast;
 use crate::deliver::deliver;
 use crate::events::{
     CollisionEnd, CollisionHit, CollisionStart, JointBroke, PhysicsFault, SensorEnter, SensorExit,
@@ -118,7 +119,9 @@ impl Plugin for DrystonePlugin {
                     .chain()
                     .in_set(PhysicsSystems::Prepare),
                 step_worlds.in_set(PhysicsSystems::StepSimulation),
-                (write_back, write_strands, deliver).chain().in_set(PhysicsSystems::Writeback),
+                (write_back, write_strands, deliver, cast)
+                    .chain()
+                    .in_set(PhysicsSystems::Writeback),
             ),
         );
         if self.interpolates {

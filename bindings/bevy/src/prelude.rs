@@ -8,8 +8,8 @@ pub use crate::{
     JointCollisionEnabled, JointDisabled, JointLimits, JointMotor, JointSpringiness, JointStrength,
     KineticFriction, LinearDamping, LinearVelocity, LockedAxes, Mass, MassProperties,
     NoInterpolation, OneWay, ParticlePositions, PhysicsFault, PhysicsOrder, PhysicsSystems,
-    PhysicsTime, PhysicsWorld, PrismaticJoint, Restitution, RevoluteJoint, RigidBody,
-    RigidBodyDisabled, RollingResistance, Rope, RopeEnd, RopeJoint, Sensor, SensorEnter,
-    SensorExit, SensorSenses, Sleeping, SleepingDisabled, SpatialQuery, SpatialQueryFilter,
-    SphericalJoint, SpinningResistance, SurfaceVelocity,
+    PhysicsTime, PhysicsWorld, PrismaticJoint, RayCaster, RayHits, Restitution, RevoluteJoint,
+    RigidBody, RigidBodyDisabled, RollingResistance, Rope, RopeEnd, RopeJoint, Sensor, SensorEnter,
+    SensorExit, SensorSenses, ShapeCaster, ShapeHits, Sleeping, SleepingDisabled, SpatialQuery,
+    SpatialQueryFilter, SphericalJoint, SpinningResistance, SurfaceVelocity,
 };

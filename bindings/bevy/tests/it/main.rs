@@ -1,7 +1,9 @@
 //! Tests of the plugin, without a window.
 
 mod bodies;
+mod casters;
 mod character;
+mod complaints;
 mod determinism;
 mod events;
 mod fracture;
