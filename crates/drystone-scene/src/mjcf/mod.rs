@@ -9,6 +9,8 @@
 mod defaults;
 mod geom;
 mod joint;
+mod mass;
+mod mesh;
 mod model;
 mod option;
 mod relations;

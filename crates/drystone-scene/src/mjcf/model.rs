@@ -132,7 +132,23 @@ pub(super) struct Settings<'a> {
     pub(super) autolimits: bool,
     /// `true`: `<inertial>` counts for nothing; `false`: shapes have no mass.
     pub(super) inertia_from_geoms: Option<bool>,
+    pub(super) masses: Masses,
     mesh_folder: &'a str,
+}
+
+/// How masses of a file are changed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Masses {
+    /// First and last group of the geoms that have a mass.
+    pub(super) groups: [f32; 2],
+    /// Least mass of a body [kg], and least principal moment [kg m²].
+    pub(super) least: [f32; 2],
+    /// Moments of which one is more than the other two together become their mean.
+    pub(super) balance: bool,
+    /// Mass of all bodies [kg], if above 0.
+    pub(super) total: f32,
+    /// A shape that is fitted to a mesh gets its box along the axes, not that of its inertia.
+    pub(super) fit_box: bool,
 }
 
 /// A file as a model.
@@ -174,6 +190,13 @@ impl<'a> Model<'a> {
                 eulerseq: *b"xyz",
                 autolimits: true,
                 inertia_from_geoms: None,
+                masses: Masses {
+                    groups: [0.0, 5.0],
+                    least: [0.0; 2],
+                    balance: false,
+                    total: -1.0,
+                    fit_box: false,
+                },
                 mesh_folder: "",
             },
             meshes: BTreeMap::new(),
@@ -289,6 +312,14 @@ impl<'a> Model<'a> {
         settings.autolimits = flag("autolimits")?.unwrap_or(settings.autolimits);
         if compiler.get("inertiafromgeom") != Some("auto") {
             settings.inertia_from_geoms = flag("inertiafromgeom")?.or(settings.inertia_from_geoms);
+        }
+        let masses = &mut settings.masses;
+        masses.balance = flag("balanceinertia")?.unwrap_or(masses.balance);
+        masses.fit_box = flag("fitaabb")?.unwrap_or(masses.fit_box);
+        masses.groups = compiler.numbers("inertiagrouprange")?.unwrap_or(masses.groups);
+        masses.total = compiler.number("settotalmass")?.unwrap_or(masses.total);
+        for (least, name) in masses.least.iter_mut().zip(["boundmass", "boundinertia"]) {
+            *least = compiler.at_least_zero(name)?.unwrap_or(*least);
         }
         let folder = compiler.get("meshdir").or_else(|| compiler.get("assetdir"));
         settings.mesh_folder = folder.unwrap_or(settings.mesh_folder);
