@@ -472,9 +472,8 @@ fn what_is_wrong_is_said_in_one_line() {
         (geom("size=\"1\" pos=\"1 2\""), "pos=\"1 2\", expected 3 finite numbers"),
         (joint("type=\"screw\""), "type=\"screw\""),
         (joint("axis=\"0 0 0\""), "axis=\"0 0 0\""),
-        (joint("range=\"2 1\""), "range=\"2 1\""),
+        (joint("limited=\"true\" range=\"2 1\""), "range=\"2 1\""),
         (joint("limited=\"true\""), "a range with it"),
-        (joint("damping=\"-1\""), "damping=\"-1\""),
         (body("<freejoint/><joint/><geom size=\"1\"/>"), "a free joint and others"),
         (body("<freejoint/><inertial pos=\"0 0 0\" mass=\"1\"/>"), "its inertia is not clear"),
         (

@@ -295,7 +295,6 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
             on,
             match member.weight {
                 Weight::Given(mass) => mass,
-                Weight::FromShapes => mass_of(&member.shapes),
                 Weight::Unsaid => MassProperties::default(),
             },
         ));

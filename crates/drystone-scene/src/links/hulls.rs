@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use drystone::{Shape, Vec3};
 
-use crate::read::mesh::hull_of_points;
+use crate::read::mesh::{Triangles, hull_of_points};
 use crate::read::mesh_file::{Format, MeshFiles};
 
 /// The hull of a mesh, or why there is none.
@@ -32,13 +32,18 @@ impl Hulls {
     }
 
     fn read(&mut self, path: &Path, scale: Vec3) -> Made {
+        let mut surface = self.surface(path)?;
+        surface.points.iter_mut().for_each(|p| *p = p.mul_each(scale));
+        hull_of_points(&surface.points)
+    }
+
+    /// The triangles of an `.obj` or `.stl` file, in its units; otherwise why there are none.
+    pub(crate) fn surface(&mut self, path: &Path) -> Result<Triangles, String> {
         Format::of(path).map_err(|e| e.to_string())?;
         if path.components().filter(|c| *c == Component::ParentDir).count() > 8 {
             return Err("its path is not one beside the file".to_owned());
         }
         // The scene's note names the file.
-        let surface = self.files.read(path).map_err(|e| e.in_file(Path::new("")).to_string())?;
-        let points: Vec<Vec3> = surface.points.into_iter().map(|p| p.mul_each(scale)).collect();
-        hull_of_points(&points)
+        self.files.read(path).map_err(|e| e.in_file(Path::new("")).to_string())
     }
 }

@@ -45,8 +45,6 @@ pub(crate) enum Hold {
 pub(crate) enum Weight {
     /// All of it [frame of the link].
     Given(MassProperties),
-    /// It comes from the shapes and their densities.
-    FromShapes,
     /// The file gives none: it weighs nothing, if the body it is part of has a mass.
     Unsaid,
 }

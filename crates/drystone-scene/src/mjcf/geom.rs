@@ -1,28 +1,30 @@
 //! Geoms: shapes, surfaces, and which of them collide.
 
 use core::f32::consts::{FRAC_PI_2, PI};
-use std::collections::BTreeMap;
-
 use drystone::contact::Combine;
 use drystone::geometry::MassProperties;
 use drystone::math::trig;
 use drystone::{Filter, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::defaults::View;
+use super::mass;
+use super::mesh::Meshes;
 use super::model::Model;
 use crate::error::SceneError;
-use crate::links::{Hulls, Link};
+use crate::links::Link;
 use crate::read::mesh::hull_of_points;
 
-/// A shape, or why it is left out; with a note.
+/// A shape, or why it is left out; with its mass, and a note.
 pub(super) struct Geom {
     pub(super) shape: Result<ShapeDef, String>,
+    /// Its mass, which is about the pose [frame of the body]; `None`: it counts for nothing.
+    pub(super) mass: Option<(Pose, MassProperties)>,
     pub(super) note: Option<String>,
 }
 
 impl Geom {
     fn left_out(why: impl Into<String>) -> Self {
-        Self { shape: Err(why.into()), note: None }
+        Self { shape: Err(why.into()), mass: None, note: None }
     }
 }
 
@@ -30,22 +32,40 @@ impl Geom {
 pub(super) fn read<'a>(
     view: &View<'a>,
     model: &Model<'a>,
-    hulls: &mut MeshHulls<'a>,
+    meshes: &mut Meshes<'a>,
 ) -> Result<Geom, SceneError> {
-    let kind = view.get("type").unwrap_or("sphere");
+    let named = view.get("type");
+    let kind = named.unwrap_or(if view.get("mesh").is_some() { "mesh" } else { "sphere" });
+    let is_skin = flag(view, "shellinertia")?;
     let mut note = None;
-    let mut solid = None;
+    // At a density of 1.
+    let mut weight = None;
     let (shape, pose) = match kind {
         "plane" => (Shape::half_space([0.0, 0.0, 1.0], 0.0), model.pose(view)?),
         "sphere" | "capsule" | "cylinder" | "box" | "ellipsoid" => {
-            let (half, pose) = extents(view, model, kind)?;
+            let (half, pose) = match (view.get("mesh"), meshes.named(view, model)?) {
+                (None, _) => extents(view, model, kind)?,
+                (Some(_), Ok(mesh)) => {
+                    let scale = view.number("fitscale")?.unwrap_or(1.0);
+                    let (half, on) = mesh.fitted(kind, model.settings.masses.fit_box);
+                    (half * scale, model.pose(view)?.compose(&on))
+                }
+                (Some(_), Err(why)) => return Ok(Geom::left_out(why)),
+            };
+            let turn = if matches!(kind, "capsule" | "cylinder") {
+                // Along z there, along y here.
+                Quat::from_axis_angle(Vec3::X, FRAC_PI_2)
+            } else {
+                Quat::IDENTITY
+            };
+            let own = mass::of_primitive(kind, half, is_skin);
+            weight = own.map(|m| (pose, m));
             let shape = match kind {
                 "sphere" => Shape::sphere(half.x),
                 "capsule" => Shape::capsule(half.z, half.x),
                 "cylinder" => Shape::cylinder(half.z, half.x),
                 "box" => Shape::box_half(half),
                 _ => {
-                    solid = Some(4.0 / 3.0 * PI * half.x * half.y * half.z);
                     note = Some("an ellipsoid collides as a hull of points on it".to_owned());
                     match hull_of_points(&ball_points(half)) {
                         Ok(hull) => hull,
@@ -53,14 +73,15 @@ pub(super) fn read<'a>(
                     }
                 }
             };
-            let upright = matches!(shape, Shape::Capsule { .. } | Shape::Cylinder { .. });
-            // Along z there, along y here.
-            let turn =
-                if upright { Quat::from_axis_angle(Vec3::X, FRAC_PI_2) } else { Quat::IDENTITY };
             (shape, Pose::new(pose.position, (pose.rotation * turn).normalized()))
         }
-        "mesh" => match mesh(view, model, hulls)? {
-            Ok(hull) => (hull, model.pose(view)?),
+        "mesh" => match meshes.named(view, model)? {
+            Ok(mesh) => {
+                let pose = model.pose(view)?;
+                weight = Some((pose, mesh.weight));
+                note.clone_from(&mesh.note);
+                (mesh.hull.clone(), pose)
+            }
             Err(why) => return Ok(Geom::left_out(why)),
         },
         "hfield" | "sdf" => {
@@ -76,22 +97,32 @@ pub(super) fn read<'a>(
     })?;
     let mut def = ShapeDef::new(shape).with_pose(pose).with_material(surface(view)?);
     let density = view.source("density").at_least_zero("density")?.unwrap_or(1000.0);
-    def.density = density;
-    let volume = MassProperties::of(&def.shape, 1.0).mass;
-    if let Some(solid) = solid
-        && volume > 0.0
-    {
-        def.density = density * solid / volume;
-    }
-    if view.get("mass").is_some() && volume > 0.0 {
-        def.density = view.at_least_zero("mass")? / volume;
-    }
-    if !def.density.is_finite() {
+    let given = view.get("mass").map(|_| view.at_least_zero("mass")).transpose()?;
+    let group = view.number("group")?.unwrap_or(0.0);
+    let [first, last] = model.settings.masses.groups;
+    let mass = weight
+        .filter(|_| (first..=last).contains(&group))
+        .map(|(on, own)| (on, own.scaled_to(given.unwrap_or(density * own.mass))));
+    if mass.is_some_and(|(_, m)| !(m.mass.is_finite() && m.inertia.is_finite())) {
         return Err(view.element().error("its mass is not finite", "a smaller density or mass"));
+    }
+    // The body has its mass from `mass`; the shape's own is that of its volume.
+    let volume = MassProperties::of(&def.shape, 1.0).mass;
+    def.density = mass.map_or(0.0, |(_, m)| if volume > 0.0 { m.mass / volume } else { 0.0 });
+    if !def.density.is_finite() {
+        def.density = 0.0;
     }
     let [kind, affinity] = [bits(view, "contype")?, bits(view, "conaffinity")?];
     def.user_data = u64::from(kind) << 32 | u64::from(affinity);
-    Ok(Geom { shape: Ok(def), note })
+    Ok(Geom { shape: Ok(def), mass, note })
+}
+
+fn flag(view: &View<'_>, name: &str) -> Result<bool, SceneError> {
+    match view.get(name) {
+        None | Some("false") => Ok(false),
+        Some("true") => Ok(true),
+        Some(_) => Err(view.wrong(name, "true or false")),
+    }
 }
 
 /// A set of bits, all of which may be set.
@@ -135,59 +166,6 @@ fn extents<'a>(view: &View<'a>, model: &Model<'a>, kind: &str) -> Result<(Vec3, 
         _ => vec3(at(0), at(1), at(2)),
     };
     Ok((half, model.pose(view)?))
-}
-
-/// Hulls of the meshes of all models.
-#[derive(Default)]
-pub(super) struct MeshHulls<'a> {
-    /// By what names them, the file and the element's name there.
-    made: BTreeMap<(&'a str, &'a str), Result<Shape, String>>,
-    files: Hulls,
-}
-
-/// The hull of the mesh that a geom names, or why there is none.
-fn mesh<'a>(
-    view: &View<'a>,
-    model: &Model<'a>,
-    hulls: &mut MeshHulls<'a>,
-) -> Result<Result<Shape, String>, SceneError> {
-    let Some(name) = view.get("mesh") else {
-        return Err(view.element().error("it names no mesh", "mesh=\"…\""));
-    };
-    let Some((&name, asset)) = model.meshes.get_key_value(name) else {
-        return Err(view.wrong("mesh", "a mesh of <asset>"));
-    };
-    let key = (model.root.file(), name);
-    if let Some(made) = hulls.made.get(&key) {
-        return Ok(made.clone());
-    }
-    let made = mesh_of(&model.defaults.view(*asset, None)?, name, model, &mut hulls.files)?;
-    hulls.made.insert(key, made.clone());
-    Ok(made)
-}
-
-/// The hull of a mesh, or why there is none.
-fn mesh_of<'a>(
-    asset: &View<'a>,
-    name: &str,
-    model: &Model<'a>,
-    files: &mut Hulls,
-) -> Result<Result<Shape, String>, SceneError> {
-    let scale = asset.vec3("scale")?.unwrap_or(Vec3::splat(1.0));
-    if asset.get("vertex").is_some() {
-        let numbers = asset.list("vertex", 3_000_000)?;
-        if !numbers.len().is_multiple_of(3) {
-            return Err(asset.wrong("vertex", "three numbers for each corner"));
-        }
-        let corner = |c: &[f32]| vec3(c[0], c[1], c[2]).mul_each(scale);
-        let points: Vec<Vec3> = numbers.chunks_exact(3).map(corner).collect();
-        return Ok(hull_of_points(&points).map_err(|why| format!("mesh {name}: {why}")));
-    }
-    let Some(file) = asset.get("file") else {
-        return Ok(Err(format!("mesh {name}: it is neither of corners nor of a file")));
-    };
-    let hull = model.mesh_path(file).and_then(|path| files.of_file(&path, scale));
-    Ok(hull.map_err(|why| format!("mesh {name}: {file}: {why}")))
 }
 
 /// Points on an ellipsoid, in rings.

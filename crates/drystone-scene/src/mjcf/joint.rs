@@ -46,17 +46,17 @@ pub(super) fn read<'a>(
         let Some([min, max]) = range else {
             return Err(view.wrong("limited", "a range with it"));
         };
-        if !(min < max || (way == Way::Ball && max > 0.0)) {
+        // A range that leaves no room is none, unless the file insists.
+        if min < max || (way == Way::Ball && max > 0.0) {
+            dof.range = Some([turns(min) - rest, turns(max) - rest]);
+        } else if view.get("limited") == Some("true") {
             return Err(view.wrong("range", "two numbers, the first below the second"));
         }
-        dof.range = Some([turns(min) - rest, turns(max) - rest]);
     }
     let (stiffness, damping) = (view.list("stiffness", 8)?, view.list("damping", 8)?);
-    let first = |list: &[f32], name: &str| match list.first() {
-        Some(x) if *x < 0.0 => Err(view.wrong(name, "a number of at least 0")),
-        x => Ok(x.copied().unwrap_or(0.0)),
-    };
-    let (stiffness, damping) = (first(&stiffness, "stiffness")?, first(&damping, "damping")?);
+    // A negative one, which would feed the motion, is taken as 0 and named as not read.
+    let first = |list: &[f32]| list.first().map_or(0.0, |x| x.max(0.0));
+    let (stiffness, damping) = (first(&stiffness), first(&damping));
     if option.springs {
         let loose = turns(view.number("springref")?.unwrap_or(0.0));
         dof.spring = [loose - rest, stiffness, damping];

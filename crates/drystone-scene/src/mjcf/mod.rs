@@ -9,9 +9,12 @@
 mod defaults;
 mod geom;
 mod joint;
+mod mass;
+mod mesh;
 mod model;
 mod option;
 mod relations;
+mod unread;
 mod walk;
 
 use std::path::Path;
@@ -25,6 +28,9 @@ use crate::error::SceneError;
 use crate::links::{Anchored, assemble};
 use crate::read::xml;
 use crate::scene::Scene;
+
+/// Notes on these are not about the motion of bodies.
+const STILL: [&str; 4] = ["<sensor>", "<keyframe>", "<custom>", "geoms: an ellipsoid"];
 
 /// Reads an `.xml` file.
 ///
@@ -74,12 +80,20 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     walk.run()?;
     let filters = geom::filters(option.contacts, &mut walk.links);
     scene.notes.extend(filters);
+    scene.left_out.extend(walk.notes.iter().filter(|n| n.contains("left out")).cloned());
     scene.notes.append(&mut walk.notes);
     let mut assembled = assemble(&walk.links, Anchored::Collides, &mut scene)?;
     relations::add(&mut walk, &mut assembled, &mut scene)?;
     for (what, count) in &walk.ignored {
-        scene.notes.push(format!("{count} {what}"));
+        let note = format!("{count} {what}");
+        if !STILL.iter().any(|section| what.starts_with(section)) {
+            scene.left_out.push(note.clone());
+        }
+        scene.notes.push(note);
     }
+    let unread = unread::attributes(models);
+    scene.left_out.extend(unread.iter().cloned());
+    scene.notes.extend(unread);
     let moving = scene.bodies.iter().filter(|b| b.def.kind == drystone::BodyKind::Dynamic).count();
     scene.summary = format!("{moving} moving bodies and {} joints", scene.joints.len());
     Ok(scene)

@@ -132,7 +132,25 @@ pub(super) struct Settings<'a> {
     pub(super) autolimits: bool,
     /// `true`: `<inertial>` counts for nothing; `false`: shapes have no mass.
     pub(super) inertia_from_geoms: Option<bool>,
+    pub(super) masses: Masses,
     mesh_folder: &'a str,
+    /// Of the names of mesh files only the last part counts.
+    strip_path: bool,
+}
+
+/// How masses of a file are changed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Masses {
+    /// First and last group of the geoms that have a mass.
+    pub(super) groups: [f32; 2],
+    /// Least mass of a body [kg], and least principal moment [kg m²].
+    pub(super) least: [f32; 2],
+    /// Moments of which one is more than the other two together become their mean.
+    pub(super) balance: bool,
+    /// Mass of all bodies [kg], if above 0.
+    pub(super) total: f32,
+    /// A shape that is fitted to a mesh gets its box along the axes, not that of its inertia.
+    pub(super) fit_box: bool,
 }
 
 /// A file as a model.
@@ -174,7 +192,15 @@ impl<'a> Model<'a> {
                 eulerseq: *b"xyz",
                 autolimits: true,
                 inertia_from_geoms: None,
+                masses: Masses {
+                    groups: [0.0, 5.0],
+                    least: [0.0; 2],
+                    balance: false,
+                    total: -1.0,
+                    fit_box: false,
+                },
                 mesh_folder: "",
+                strip_path: false,
             },
             meshes: BTreeMap::new(),
             attachable: BTreeMap::new(),
@@ -196,9 +222,13 @@ impl<'a> Model<'a> {
             for asset in model.children(&assets)? {
                 let file = asset.get("file");
                 let stem = |f: &'a str| Path::new(f).file_stem().and_then(|s| s.to_str());
-                let Some(name) = asset.get("name").or_else(|| file.and_then(stem)) else {
-                    continue;
+                let own = || match (asset.tag(), file.and_then(|f| files.get(f))) {
+                    // A model without a name here goes by its own.
+                    ("model", Some(root)) => root.get("model"),
+                    _ => None,
                 };
+                let name = asset.get("name").or_else(own).or_else(|| file.and_then(stem));
+                let Some(name) = name else { continue };
                 match asset.tag() {
                     "mesh" => drop(model.meshes.insert(name, asset)),
                     "model" => {
@@ -210,6 +240,25 @@ impl<'a> Model<'a> {
             }
         }
         Ok(model)
+    }
+
+    /// The outermost elements of its file and of those it includes.
+    pub(super) fn documents(&self) -> Vec<Element<'a>> {
+        let mut out = vec![self.root];
+        let mut next = 0;
+        while next < out.len() {
+            let mut stack = vec![out[next]];
+            while let Some(element) = stack.pop() {
+                let file = if element.tag() == "include" { element.get("file") } else { None };
+                let included = file.and_then(|f| self.files.get(f));
+                if let Some(root) = included.filter(|root| !out.contains(root)) {
+                    out.push(*root);
+                }
+                stack.extend(element.children());
+            }
+            next += 1;
+        }
+        out
     }
 
     /// The sections called `tag`.
@@ -290,6 +339,15 @@ impl<'a> Model<'a> {
         if compiler.get("inertiafromgeom") != Some("auto") {
             settings.inertia_from_geoms = flag("inertiafromgeom")?.or(settings.inertia_from_geoms);
         }
+        settings.strip_path = flag("strippath")?.unwrap_or(settings.strip_path);
+        let masses = &mut settings.masses;
+        masses.balance = flag("balanceinertia")?.unwrap_or(masses.balance);
+        masses.fit_box = flag("fitaabb")?.unwrap_or(masses.fit_box);
+        masses.groups = compiler.numbers("inertiagrouprange")?.unwrap_or(masses.groups);
+        masses.total = compiler.number("settotalmass")?.unwrap_or(masses.total);
+        for (least, name) in masses.least.iter_mut().zip(["boundmass", "boundinertia"]) {
+            *least = compiler.at_least_zero(name)?.unwrap_or(*least);
+        }
         let folder = compiler.get("meshdir").or_else(|| compiler.get("assetdir"));
         settings.mesh_folder = folder.unwrap_or(settings.mesh_folder);
         Ok(())
@@ -297,10 +355,16 @@ impl<'a> Model<'a> {
 
     /// The path of a mesh file.
     pub(super) fn mesh_path(&self, file: &str) -> Result<PathBuf, String> {
-        let path = Path::new(self.settings.mesh_folder).join(file);
-        if path.is_absolute() || file.contains("://") || file.contains('\0') {
-            return Err("only files beside the scene's are read".to_owned());
+        let file = file.strip_prefix("file://").unwrap_or(file).replace('\\', "/");
+        let mut path = Path::new(file.as_str());
+        if self.settings.strip_path {
+            path = path.file_name().map_or(path, Path::new);
         }
+        if file.contains("://") || file.contains('\0') {
+            return Err("only files of this machine are read".to_owned());
+        }
+        let folder = self.settings.mesh_folder.replace('\\', "/");
+        let path = Path::new(folder.as_str()).join(path);
         Ok(self.folder.join(path))
     }
 

@@ -3,11 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use drystone::geometry::MassProperties;
 use drystone::{Pose, Quat, Vec3};
 
 use super::defaults::View;
-use super::geom::{self, Geom, MeshHulls};
+use super::geom::{self, Geom};
 use super::joint::{self, Read};
+use super::mass;
+use super::mesh::Meshes;
 use super::model::Model;
 use super::option::Options;
 use crate::error::SceneError;
@@ -59,6 +62,11 @@ struct Here {
 }
 
 impl Here {
+    /// The same place, with another class.
+    fn of(&self, class: Option<usize>) -> Self {
+        Self { class, ..self.clone() }
+    }
+
     /// The name of an element in the scene.
     fn name(&self, element: &Element<'_>, raw: &str) -> Result<String, SceneError> {
         let parts = [&self.prefix, raw, &self.inner, &self.outer];
@@ -96,7 +104,11 @@ pub(super) struct Walk<'a> {
     stack: Vec<Task<'a>>,
     /// True of each link that the world holds.
     held: Vec<bool>,
-    hulls: MeshHulls<'a>,
+    /// Masses of each link's geoms [frame of the link]; `None`: it is given another.
+    geom_masses: Vec<Option<Vec<(Pose, MassProperties)>>>,
+    /// The model that each link is of.
+    model_of: Vec<usize>,
+    hulls: Meshes<'a>,
 }
 
 impl<'a> Walk<'a> {
@@ -107,7 +119,7 @@ impl<'a> Walk<'a> {
             parent: None,
             pose: Pose::IDENTITY,
             hold: Hold::World,
-            weight: Weight::FromShapes,
+            weight: Weight::Unsaid,
             shapes: Vec::new(),
             left_out: None,
             gravity_scale: 1.0,
@@ -123,7 +135,9 @@ impl<'a> Walk<'a> {
             things: 0,
             stack: Vec::new(),
             held: vec![true],
-            hulls: MeshHulls::default(),
+            geom_masses: vec![None],
+            model_of: vec![0],
+            hulls: Meshes::default(),
         }
     }
 
@@ -166,6 +180,7 @@ impl<'a> Walk<'a> {
                 }
             }
         }
+        self.weigh();
         for (tag, count) in model.tags() {
             match tag {
                 "option" | "compiler" | "default" | "worldbody" | "contact" | "equality" => {}
@@ -218,7 +233,7 @@ impl<'a> Walk<'a> {
         self.count(&element)?;
         let model = self.model(here);
         let view = model.defaults.view(element, here.class)?;
-        let Geom { shape, note } = geom::read(&view, model, &mut self.hulls)?;
+        let Geom { shape, mass, note } = geom::read(&view, model, &mut self.hulls)?;
         let owner = self.links[here.link].name.clone();
         if let Some(note) = note {
             self.ignore(&format!("geoms: {note}"));
@@ -226,8 +241,8 @@ impl<'a> Walk<'a> {
         match shape {
             Ok(mut shape) => {
                 shape.pose = here.pose.compose(&shape.pose);
-                if model.settings.inertia_from_geoms == Some(false) {
-                    shape.density = 0.0;
+                if let (Some(parts), Some((on, mass))) = (&mut self.geom_masses[here.link], mass) {
+                    parts.push((here.pose.compose(&on), mass));
                 }
                 let is_plane = matches!(shape.shape, drystone::Shape::HalfSpace { .. });
                 if is_plane && !self.held[here.link] {
@@ -264,37 +279,33 @@ impl<'a> Walk<'a> {
         let own = model.pose(&View::bare(element))?;
         let mut dofs: Vec<Dof> = Vec::new();
         let mut is_free = false;
-        let mut weight = match model.settings.inertia_from_geoms {
-            Some(false) => Weight::Given(drystone::geometry::MassProperties::default()),
-            _ => Weight::FromShapes,
-        };
-        for child in model.children(&element)? {
-            match child.tag() {
-                "joint" | "freejoint" => {
-                    let view = model.defaults.view(child, class)?;
-                    let raw = child.get("name").unwrap_or_default();
-                    let name = if raw.is_empty() {
-                        format!("joint of #{}.{}", self.links.len(), dofs.len())
-                    } else {
-                        here.name(&child, raw)?
-                    };
-                    if !raw.is_empty() {
-                        let known = &mut self.instances[here.instance].joints;
-                        register(known, raw, &here.inner, self.joint_names.len());
-                        self.joint_names.push(name.clone());
-                    }
-                    match joint::read(&view, model, &self.option, &Pose::IDENTITY, &name)? {
-                        Read::Free => is_free = true,
-                        Read::Joint(dof) => dofs.push(dof),
-                    }
-                    if view.number("armature")?.is_some_and(|a| a > 0.0) {
-                        self.ignore("joints: their armature is not read");
-                    }
+        let mut given =
+            (model.settings.inertia_from_geoms == Some(false)).then(MassProperties::default);
+        for (child, pose, class) in self.holding(&element, &here.of(class))? {
+            if child.tag() == "inertial" {
+                if model.settings.inertia_from_geoms != Some(true) {
+                    given = Some(joint::inertial(&View::bare(child), model)?);
                 }
-                "inertial" if model.settings.inertia_from_geoms != Some(true) => {
-                    weight = Weight::Given(joint::inertial(&View::bare(child), model)?);
-                }
-                _ => {}
+                continue;
+            }
+            let view = model.defaults.view(child, class)?;
+            let raw = child.get("name").unwrap_or_default();
+            let name = if raw.is_empty() {
+                format!("joint of #{}.{}", self.links.len(), dofs.len())
+            } else {
+                here.name(&child, raw)?
+            };
+            if !raw.is_empty() {
+                let known = &mut self.instances[here.instance].joints;
+                register(known, raw, &here.inner, self.joint_names.len());
+                self.joint_names.push(name.clone());
+            }
+            match joint::read(&view, model, &self.option, &pose, &name)? {
+                Read::Free => is_free = true,
+                Read::Joint(dof) => dofs.push(dof),
+            }
+            if view.number("armature")?.is_some_and(|a| a > 0.0) {
+                self.ignore("joints: their armature is not read");
             }
         }
         if is_free && !dofs.is_empty() {
@@ -310,13 +321,15 @@ impl<'a> Walk<'a> {
         let name = if raw.is_empty() { String::new() } else { here.name(&element, raw)? };
         let number = self.links.len();
         self.held.push(hold == Hold::World || (hold == Hold::Fast && self.held[here.link]));
+        self.geom_masses.push(given.is_none().then(Vec::new));
+        self.model_of.push(self.instances[here.instance].model);
         self.links.push(Link {
             name,
             element,
             parent: Some(here.link),
             pose: here.pose.compose(&own),
             hold,
-            weight,
+            weight: given.map_or(Weight::Unsaid, Weight::Given),
             shapes: Vec::new(),
             left_out: None,
             gravity_scale: 1.0 - element.number("gravcomp")?.unwrap_or(0.0),
@@ -325,6 +338,59 @@ impl<'a> Walk<'a> {
             register(&mut self.instances[here.instance].bodies, raw, &here.inner, number);
         }
         self.inside(&element, &Here { link: number, pose: Pose::IDENTITY, class, ..here.clone() })
+    }
+
+    /// Joints and `<inertial>` of a body, those in its frames among them: the element, the pose of
+    /// the frame around it [body] and its class.
+    fn holding(
+        &self,
+        body: &Element<'a>,
+        here: &Here,
+    ) -> Result<Vec<(Element<'a>, Pose, Option<usize>)>, SceneError> {
+        let model = self.model(here);
+        let mut out = Vec::new();
+        let mut stack = vec![(*body, Pose::IDENTITY, here.class)];
+        while let Some((element, pose, class)) = stack.pop() {
+            match element.tag() {
+                "joint" | "freejoint" | "inertial" => {
+                    out.push((element, pose, class));
+                    continue;
+                }
+                "frame" => {
+                    let own = model.pose(&View::bare(element))?;
+                    let class = model.defaults.named(&element, "childclass")?.or(class);
+                    let inside = model.children(&element)?.into_iter().rev();
+                    stack.extend(inside.map(|c| (c, pose.compose(&own), class)));
+                }
+                _ if element == *body => {
+                    let inside = model.children(&element)?.into_iter().rev();
+                    stack.extend(inside.map(|c| (c, pose, class)));
+                }
+                _ => {}
+            }
+        }
+        Ok(out)
+    }
+
+    /// Gives links the mass of their geoms, and changes masses as the compilers say.
+    fn weigh(&mut self) {
+        for (i, parts) in self.geom_masses.iter().enumerate().skip(1) {
+            let link = &mut self.links[i];
+            if let Some(parts) = parts {
+                link.weight = Weight::Given(MassProperties::combine(parts));
+            }
+            if let Weight::Given(own) = &mut link.weight {
+                mass::bound(own, &self.models[self.model_of[i]].settings.masses);
+            }
+        }
+        let total = self.models[0].settings.masses.total;
+        let weights = self.links.iter_mut().filter_map(|l| match &mut l.weight {
+            Weight::Given(own) => Some(own),
+            Weight::Unsaid => None,
+        });
+        if total > 0.0 {
+            mass::scale(weights, total);
+        }
     }
 
     fn replicate(&mut self, element: Element<'a>, here: Here) -> Result<(), SceneError> {

@@ -9,6 +9,7 @@ pub(crate) mod mesh_file;
 pub(crate) mod names;
 pub(crate) mod obj;
 pub mod stl;
+pub(crate) mod volume;
 pub(crate) mod xml;
 
 use std::path::Path;

@@ -31,7 +31,7 @@ pub(crate) fn parse(text: &str) -> Result<Document<'_>, SceneError> {
 }
 
 /// An element of a document.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Element<'a> {
     node: Node<'a, 'a>,
     /// The file it is in, if that is not the requested one.

@@ -57,6 +57,8 @@ pub struct Scene {
     pub visuals: Arc<Visuals>,
     /// Parts of a file that were left out, changed or approximated, and why; a line each.
     pub notes: Vec<String>,
+    /// Those of the notes that name a part of the file's physics that was left out.
+    pub left_out: Vec<String>,
 }
 
 impl Scene {
@@ -80,6 +82,7 @@ impl Scene {
             script: Script::None,
             visuals: Arc::default(),
             notes: Vec::new(),
+            left_out: Vec::new(),
         }
     }
 

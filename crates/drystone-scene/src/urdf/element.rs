@@ -154,16 +154,15 @@ pub(super) fn collision(
 /// The file that a name stands for: beside the robot's file, or in a folder above it that has the
 /// package, or is the package.
 fn find(name: &str, folder: &Path) -> Result<PathBuf, String> {
-    let name = name.trim();
+    let name = name.trim().replace('\\', "/");
+    let name = name.as_str();
     let packaged = name.strip_prefix("package://").or_else(|| name.strip_prefix("model://"));
     let Some(packaged) = packaged else {
-        let relative = Path::new(name.strip_prefix("file://").unwrap_or(name));
-        if name.contains("://") && !name.starts_with("file://") {
-            return Err("only files beside the robot's are read".to_owned());
+        let relative = name.strip_prefix("file://").unwrap_or(name);
+        if relative.contains("://") {
+            return Err("only files of this machine are read".to_owned());
         }
-        if relative.is_absolute() {
-            return Err("its path is absolute, only files beside the robot's are read".to_owned());
-        }
+        // Of an absolute path, joining takes that alone.
         let path = folder.join(relative);
         return if path.is_file() { Ok(path) } else { Err("there is no such file".to_owned()) };
     };

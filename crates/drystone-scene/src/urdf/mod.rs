@@ -78,9 +78,12 @@ pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, 
         hulls: Hulls::default(),
     };
     let links = reader.tree(&robot, options)?;
+    scene.left_out.extend(reader.notes.iter().filter(|n| n.contains("left out")).cloned());
     scene.notes.append(&mut reader.notes);
     for (what, count) in &reader.ignored {
-        scene.notes.push(format!("{count} {what}"));
+        let note = format!("{count} {what}");
+        scene.left_out.push(note.clone());
+        scene.notes.push(note);
     }
     if reader.unused_limits {
         let why = "bound motors, and nothing drives the joints: not read";
