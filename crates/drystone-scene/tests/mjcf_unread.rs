@@ -1,4 +1,4 @@
-//! What of an MJCF file is not read is named, attribute by attribute.
+//! Attributes of an MJCF file that are not read are named.
 #![expect(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
 use std::path::Path;

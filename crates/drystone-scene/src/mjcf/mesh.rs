@@ -23,7 +23,7 @@ pub(super) struct Mesh {
     pub(super) hull: Shape,
     /// Its mass at a density of 1.
     pub(super) weight: MassProperties,
-    /// What of it was approximated.
+    /// Approximations that were made of it.
     pub(super) note: Option<String>,
     points: Vec<Vec3>,
 }
@@ -180,7 +180,7 @@ impl Mesh {
         let radius = farthest(|p| (p.x * p.x + p.y * p.y).sqrt());
         let half = match kind {
             "sphere" => Vec3::splat(farthest(Vec3::length)),
-            // What of the height the radius does not cover already.
+            // The radius covers a part of the height already.
             "capsule" => vec3(radius, radius, (half.z - radius).max(0.0)),
             "cylinder" => vec3(radius, radius, half.z),
             _ => half,

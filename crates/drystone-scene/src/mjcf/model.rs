@@ -134,7 +134,7 @@ pub(super) struct Settings<'a> {
     pub(super) inertia_from_geoms: Option<bool>,
     pub(super) masses: Masses,
     mesh_folder: &'a str,
-    /// Of the names of mesh files only the last part counts.
+    /// Folders in the names of mesh files are ignored.
     strip_path: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What of a file is not read, attribute by attribute.
+//! Attributes of a file that are not read.
 //!
 //! The table lists what is read, and what has no effect on motion here (names, colors, groups of
 //! pictures). All else is named with its count and first place, whether it is an attribute of the
@@ -123,7 +123,7 @@ pub(super) fn attributes(models: &[Model<'_>]) -> Vec<String> {
             ("equality", "connect" | "weld" | "joint" | "tendon" | "flex") => "equality",
             ("tendon", "spatial" | "fixed") => "tendon",
             ("fixed" | "spatial", _) => "path",
-            // Of an included file, whose sections are around the include.
+            // An included file has its sections around the include.
             (_, "connect" | "weld") => "equality",
             (_, "joint") if element.get("joint1").is_some() => "equality",
             (_, "spatial" | "fixed") => "tendon",
@@ -158,7 +158,7 @@ fn is_read(name: &str, value: &str) -> bool {
     match name {
         // Friction about the normal and of rolling.
         "condim" => first.is_none_or(|n| n <= 3.0),
-        // Of contacts the damping ratio is read, not the stiffness.
+        // The damping ratio of contacts is read, their stiffness is not.
         "solref" => first.is_none_or(|time| (time - 0.02).abs() < 1.0e-9),
         // Neither negative ones nor polynomials.
         "damping" | "stiffness" => {

@@ -57,7 +57,7 @@ pub struct Scene {
     pub visuals: Arc<Visuals>,
     /// Parts of a file that were left out, changed or approximated, and why; a line each.
     pub notes: Vec<String>,
-    /// Those of the notes that name a part of the file's physics that was left out.
+    /// Notes that name a part of the file's physics that was left out.
     pub left_out: Vec<String>,
 }
 

@@ -162,7 +162,7 @@ fn find(name: &str, folder: &Path) -> Result<PathBuf, String> {
         if relative.contains("://") {
             return Err("only files of this machine are read".to_owned());
         }
-        // Of an absolute path, joining takes that alone.
+        // Joining with an absolute path gives that path alone.
         let path = folder.join(relative);
         return if path.is_file() { Ok(path) } else { Err("there is no such file".to_owned()) };
     };
