@@ -11,6 +11,7 @@ use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, rigid_ipc, ur
 
 use crate::cli::{AutoColliders, Base, Settings, Source};
 use crate::output::{Failure, has_extension};
+use crate::report::page::count;
 
 /// Endings that mean a file even where there is none.
 const FILES: [&str; 6] = ["gltf", "glb", "obj", "urdf", "xml", "json"];
@@ -95,7 +96,17 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
             Err(_) => {}
         }
     }
-    file(path, source, gravity)
+    let loaded = file(path, source, gravity)?;
+    if source.reading.strict
+        && let Some(first) = loaded.scene().left_out.first()
+    {
+        let kinds = count(loaded.scene().left_out.len(), "kind");
+        let shown = path.display();
+        return Err(Failure::failed(format_args!(
+            "{shown}: {kinds} of physics not read, and --strict allows none; the first: {first}"
+        )));
+    }
+    Ok(loaded)
 }
 
 /// Reads or makes the scene, with the settings of the command line for its world.

@@ -53,6 +53,27 @@ fn what_gltf_cannot_say_is_named_and_refused_with_strict() {
 }
 
 #[test]
+fn a_file_with_physics_that_is_not_read_is_refused_with_strict() {
+    let folder = folder("read-strict");
+    let body = |joint: &str| {
+        format!(
+            "<mujoco><worldbody><body><joint {joint}/><geom size=\".1\"/></body></worldbody></mujoco>"
+        )
+    };
+    fs::write(folder.join("plain.xml"), body("damping=\"1\"")).unwrap();
+    fs::write(folder.join("rich.xml"), body("springdamper=\".1 1\"")).unwrap();
+    for command in ["info", "simulate"] {
+        succeed(&folder, &[command, "plain.xml", "--strict"]);
+        succeed(&folder, &[command, "rich.xml"]);
+        let output = drystone(&folder, &[command, "rich.xml", "--strict"]);
+        assert_eq!(output.status.code(), Some(1), "{command}");
+        let said = text(&output.stderr);
+        assert!(said.contains("rich.xml: 1 kind of physics not read"), "{said}");
+        assert!(said.contains("<joint springdamper>"), "{said}");
+    }
+}
+
+#[test]
 fn wrong_endings_are_wrong_usage_and_wrong_files_are_told_by_line() {
     let folder = folder("convert-wrong");
     let output = drystone(&folder, &["convert", "hello", "hello.urdf"]);
