@@ -95,7 +95,17 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
             Err(_) => {}
         }
     }
-    file(path, source, gravity)
+    let loaded = file(path, source, gravity)?;
+    if source.reading.strict
+        && let Some(first) = loaded.scene().left_out.first()
+    {
+        let count = loaded.scene().left_out.len();
+        let shown = path.display();
+        return Err(Failure::failed(format_args!(
+            "{shown}: --strict, and {count} kinds of things are left out: {first}"
+        )));
+    }
+    Ok(loaded)
 }
 
 /// Reads or makes the scene, with the settings of the command line for its world.

@@ -51,10 +51,6 @@ pub(crate) struct Convert {
     #[command(flatten)]
     pub(crate) settings: Settings,
 
-    /// Write nothing if OUT cannot say all of IN
-    #[arg(long)]
-    pub(crate) strict: bool,
-
     /// Print the JSON schema of the own format
     #[arg(long, conflicts_with_all = ["scene", "out"])]
     pub(crate) schema: bool,

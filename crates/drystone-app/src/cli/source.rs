@@ -35,6 +35,12 @@ pub(crate) struct Reading {
     /// For .urdf files: adds a ground at this height [m]
     #[arg(long, value_name = "Z", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = height)]
     pub(crate) ground: Option<f32>,
+
+    /// Refuse a file of which something physical is not read (`drystone info` names it); of
+    /// convert, also one that OUT cannot say
+    #[arg(long)]
+    #[serde(default)]
+    pub(crate) strict: bool,
 }
 
 /// The base of a robot's first link.

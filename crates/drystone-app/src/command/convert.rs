@@ -55,7 +55,7 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
         // There is nowhere to report a failure of stderr.
         let _ = writeln!(io::stderr().lock(), "{line}");
     }
-    if args.strict && !unsaid.is_empty() {
+    if args.reading.strict && !unsaid.is_empty() {
         let kinds = count(unsaid.len(), "kind");
         return Err(Failure::failed(format_args!(
             "{}: {kinds} of things cannot be said in it, and --strict allows none",
