@@ -1,5 +1,4 @@
 //! Masses of MJCF files are MuJoCo's: `scripts/mujoco_masses.py` wrote the files and the numbers.
-#![expect(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -109,15 +109,26 @@ impl Triangles {
             shell.add(0.5 * double_area(*t), *t, false);
         }
         let origin = shell.first.map(|x| x / shell.mass.max(f64::MIN_POSITIVE));
-        let mut sums = Sums::default();
-        for t in corners {
-            let t = t.map(|p| minus(p, origin));
-            let volume = dot(t[0], cross(t[1], t[2])) / 6.0;
-            match filling {
-                Filling::Exact => sums.add(volume, t, true),
-                Filling::Legacy => sums.add(volume.abs(), t, true),
-                Filling::Shell => sums.add(0.5 * double_area(t), t, false),
+        let sum_about = |origin: Point| {
+            let mut sums = Sums::default();
+            for t in &corners {
+                let t = t.map(|p| minus(p, origin));
+                let volume = dot(t[0], cross(t[1], t[2])) / 6.0;
+                match filling {
+                    Filling::Exact => sums.add(volume, t, true),
+                    Filling::Legacy => sums.add(volume.abs(), t, true),
+                    Filling::Shell => sums.add(0.5 * double_area(t), t, false),
+                }
             }
+            sums
+        };
+        let mut sums = sum_about(origin);
+        if filling == Filling::Legacy {
+            // Counted twice, as MuJoCo does: the second time from the center that the first time
+            // gave, which stays the center.
+            let center = core::array::from_fn(|k| origin[k] + sums.first[k] / sums.mass);
+            sums = Sums { first: [0.0; 3], ..sum_about(center) };
+            return sums.properties(center);
         }
         if sums.mass < 0.0 {
             // Oriented inwards, or mirrored by a negative scale.
