@@ -170,17 +170,16 @@ impl Mesh {
         (half, frame)
     }
 
-    /// A primitive around all corners.
+    /// A primitive of the size of the box around all corners, as MuJoCo takes it: a ball has its
+    /// largest side, other round shapes the larger one across.
     fn around(&self, kind: &str, frame: &Pose) -> (Vec3, Pose) {
         let local = || self.points.iter().map(|p| frame.local_point(*p));
         let first = local().next().unwrap_or(Vec3::ZERO);
         let (low, high) = local().fold((first, first), |(l, h), p| (l.min(p), h.max(p)));
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-        let farthest = |of: fn(Vec3) -> f32| local().map(|p| of(p - center)).fold(0.0, f32::max);
-        let radius = farthest(|p| (p.x * p.x + p.y * p.y).sqrt());
+        let radius = half.x.max(half.y);
         let half = match kind {
-            "sphere" => Vec3::splat(farthest(Vec3::length)),
-            // The radius covers a part of the height already.
+            "sphere" => Vec3::splat(half.max_element()),
             "capsule" => vec3(radius, radius, (half.z - radius).max(0.0)),
             "cylinder" => vec3(radius, radius, half.z),
             _ => half,
