@@ -46,9 +46,9 @@ impl Stop {
     }
 }
 
-/// On arrival the overshoot is less than a substep at 0.5 m/s. At rest the impulses of motor and stop
-/// are opposite, and their rounding leaves 2⁻²³ of 4096 closing speeds a substep, twice. The stop's
-/// spring takes that back at a rate of m ω/(4 + ω h), m = 0.82: at 30 Hz 37 /s.
+/// On arrival the overshoot is less than a substep at 0.5 m/s. At rest the impulses of motor and
+/// stop are opposite, and their rounding leaves 2⁻²³ of 4096 closing speeds a substep, twice. The
+/// stop's spring takes that back at a rate of m ω/(4 + ω h), m = 0.82: at 30 Hz 37 /s.
 #[test]
 fn no_motor_runs_through_a_hard_stop() {
     for kind in [0, 1] {
