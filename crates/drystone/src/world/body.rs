@@ -226,6 +226,10 @@ impl<'w> BodyRef<'w> {
 }
 
 /// A body for changes. Setters check their arguments, and wake other bodies that a change affects.
+///
+/// Forces, torques and impulses act on enabled dynamic bodies. On static, kinematic and disabled
+/// ones they have no effect and are not kept: a body that becomes dynamic later starts without
+/// them.
 #[derive(Debug)]
 pub struct BodyMut<'w> {
     pub(super) world: &'w mut World,

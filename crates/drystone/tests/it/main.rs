@@ -80,3 +80,4 @@ mod sleep_wake;
 mod scenario_sixdof;
 mod scenario_springs;
 mod scenario_squeezed;
+mod scenario_stops;

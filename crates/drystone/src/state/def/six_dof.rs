@@ -105,7 +105,9 @@ pub struct JointDrive {
     pub velocity: f32,
     /// Stiffness and damping toward the targets.
     pub spring: JointSpring,
-    /// Maximum force [N; N m]; at least 0; may be ∞.
+    /// Maximum force [N; N m]; at least 0; may be ∞. Against a hard limit of its own axis a drive
+    /// presses with an impulse of at most 12,000 m/s (37,000 rad/s) times the effective mass in a
+    /// substep; the stop bears that for any force.
     pub max_force: f32,
 }
 
