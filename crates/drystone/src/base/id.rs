@@ -96,6 +96,10 @@ id! {
     JointId
 }
 id! {
+    /// Identifies an articulation of a world.
+    ArticulationId
+}
+id! {
     /// Identifies a particle of a world.
     ParticleId
 }

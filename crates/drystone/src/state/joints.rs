@@ -19,16 +19,23 @@ use crate::base::slot_map::SlotMap;
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum JointModel {
     Ball,
-    Distance { min: f32, max: f32, spring: Option<Spring> },
+    Distance {
+        min: f32,
+        max: f32,
+        spring: Option<Spring>,
+    },
     SixDof(Box<SixDofJoint>),
     Coupling(Box<Coupling>),
     Pulley(Box<Pulley>),
+    /// A link of an articulation and its parent; the articulation solves it.
+    Link,
 }
 
 impl Clone for JointModel {
     fn clone(&self) -> Self {
         match self {
             Self::Ball => Self::Ball,
+            Self::Link => Self::Link,
             Self::Distance { min, max, spring } => {
                 Self::Distance { min: *min, max: *max, spring: *spring }
             }
@@ -53,6 +60,7 @@ impl JointModel {
     pub(crate) fn new(kind: JointKind) -> Self {
         match kind {
             JointKind::Ball => Self::Ball,
+            JointKind::Link => Self::Link,
             JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
             JointKind::SixDof(def) => Self::SixDof(Box::new(SixDofJoint::new(def))),
             JointKind::Pulley(def) => Self::Pulley(Box::new(def)),
@@ -63,6 +71,7 @@ impl JointModel {
     pub(crate) fn kind(&self) -> JointKind {
         match self {
             Self::Ball => JointKind::Ball,
+            Self::Link => JointKind::Link,
             Self::Distance { min, max, spring } => {
                 JointKind::Distance { min: *min, max: *max, spring: *spring }
             }
@@ -143,7 +152,10 @@ impl Joint {
         let own = match &self.model {
             JointModel::SixDof(six_dof) => six_dof.state.is_finite(),
             JointModel::Coupling(coupling) => coupling.impulse.is_finite(),
-            JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => true,
+            JointModel::Ball
+            | JointModel::Distance { .. }
+            | JointModel::Pulley(_)
+            | JointModel::Link => true,
         };
         let numbers = [self.peak[0], self.peak[1], self.damage];
         own && kept.iter().all(|v| v.is_finite()) && numbers.iter().all(|x| x.is_finite())
@@ -155,7 +167,10 @@ impl Joint {
         match &mut self.model {
             JointModel::SixDof(six_dof) => six_dof.state = SixDofState::IDLE,
             JointModel::Coupling(coupling) => coupling.impulse = 0.0,
-            JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => {}
+            JointModel::Ball
+            | JointModel::Distance { .. }
+            | JointModel::Pulley(_)
+            | JointModel::Link => {}
         }
         self.damage = bounded(self.damage);
     }
@@ -179,6 +194,8 @@ impl Joint {
             }
             // The error depends on other joints: see Coupling::error.
             JointModel::Coupling(_) => 0.0,
+            // Reduced coordinates cannot drift.
+            JointModel::Link => 0.0,
         }
     }
 

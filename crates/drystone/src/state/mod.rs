@@ -7,6 +7,7 @@ pub(crate) mod fracture;
 pub(crate) mod breakage;
 pub(crate) mod six_dof;
 pub(crate) mod events;
+pub(crate) mod articulations;
 pub(crate) mod bodies;
 pub(crate) mod shapes;
 pub(crate) mod joints;

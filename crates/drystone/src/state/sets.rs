@@ -123,7 +123,8 @@ impl Sets<'_> {
         if active == (row != NONE) {
             return;
         }
-        self.colors.bodies_changed |= self.bodies.at(body).ties.constraints > 0;
+        let of = self.bodies.at(body);
+        self.colors.bodies_changed |= of.ties.constraints > 0 || of.record.is_link;
         if active {
             let place = u32::try_from(self.bodies.awake.len()).expect("fewer than 2^32 bodies");
             self.bodies.awake.push(body);

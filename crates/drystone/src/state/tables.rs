@@ -3,6 +3,7 @@
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
+use super::articulations::Articulations;
 use super::bodies::Bodies;
 use super::bounds::Bounds;
 use super::breakage::Breakage;
@@ -24,6 +25,7 @@ pub(crate) struct Tables {
     pub(crate) bodies: Bodies,
     pub(crate) shapes: Shapes,
     pub(crate) joints: Joints,
+    pub(crate) articulations: Articulations,
     pub(crate) particles: Particles,
     pub(crate) contacts: Contacts,
     pub(crate) bounds: Bounds,
@@ -40,6 +42,7 @@ pub(crate) struct Tables {
 pub(crate) struct Others<'a> {
     pub(crate) config: &'a WorldConfig,
     pub(crate) shapes: &'a mut Shapes,
+    pub(crate) articulations: &'a mut Articulations,
     pub(crate) particles: &'a mut Particles,
     pub(crate) bounds: &'a mut Bounds,
     pub(crate) breakage: &'a Breakage,
@@ -60,6 +63,7 @@ impl Tables {
         let others = Others {
             config: &self.config,
             shapes: &mut self.shapes,
+            articulations: &mut self.articulations,
             particles: &mut self.particles,
             bounds: &mut self.bounds,
             breakage: &self.breakage,
@@ -83,6 +87,7 @@ impl Clone for Tables {
             bodies,
             shapes,
             joints,
+            articulations,
             particles,
             contacts,
             bounds,
@@ -96,6 +101,7 @@ impl Clone for Tables {
         self.bodies.clone_from(bodies);
         self.shapes.clone_from(shapes);
         self.joints.clone_from(joints);
+        self.articulations.clone_from(articulations);
         self.particles.clone_from(particles);
         self.contacts.clone_from(contacts);
         self.bounds.clone_from(bounds);

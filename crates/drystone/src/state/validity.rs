@@ -110,6 +110,9 @@ impl Tables {
         check_bodies(&self.bodies)?;
         check_shapes(&self.shapes, &self.bodies)?;
         check_joints(&self.joints, &self.bodies)?;
+        self.articulations.rows.check()?;
+        self.articulations.find_links();
+        holds(self.articulations.are_valid(&self.bodies), "an articulation has other bodies")?;
         check_contacts(&self.contacts, &self.bodies, &self.shapes)?;
         holds(self.contacts.find_pairs(), "two contacts are of one pair")?;
         check_islands(&self.islands, &self.bodies)?;

@@ -119,7 +119,9 @@ pub(crate) fn advance_poses(
                         in_boxes = fit_all(simd, body, flew, ctx, &table, &mut out.escaped);
                     });
                 }
-                if moved > 0.5 * body.inner && goes_far(body, center, moved) {
+                // A link moves with its tree, so it cannot be stopped alone.
+                let may_stop = !body.record.is_link;
+                if may_stop && moved > 0.5 * body.inner && goes_far(body, center, moved) {
                     let flight =
                         Flight { row: *row, from: center, stood: rotation, in_boxes, flew };
                     out.fast.push(flight);
@@ -268,7 +270,9 @@ fn move_body(ctx: &StepContext, body: &mut Body, row: u32, solved: &Solved) -> b
         solved.end(solver_row),
         body,
     );
-    integrate::note_load(ctx, squeeze, before, body);
+    if !body.record.is_link {
+        integrate::note_load(ctx, squeeze, before, body);
+    }
     false
 }
 

@@ -149,7 +149,7 @@ pub(crate) fn step(
     after: &mut dyn FnMut(Stage),
 ) {
     let (mut sets, others) = tables.lend();
-    let Others { config, shapes, particles, bounds, breakage, steps } = others;
+    let Others { config, shapes, articulations, particles, bounds, breakage, steps } = others;
     let pace = Pace::new(ctx, config, particles.last_h);
 
     begin_step(ctx, sets.islands);
@@ -165,7 +165,8 @@ pub(crate) fn step(
     let Sets { bodies, joints, contacts, islands, colors, .. } = &mut sets;
     let read = Input::new(bodies, shapes, islands, &s.narrowphase, breakage, joints);
     let tied = &mut s.particles.tied(pace, particles);
-    solver::solve(ctx, config, read, joints, contacts, colors, &mut s.solver, tied, jobs);
+    let solved = (&mut **joints, articulations, &mut **contacts, &mut **colors);
+    solver::solve(ctx, config, read, solved, &mut s.solver, tied, jobs);
     after(Stage::Solver);
     let solved = &s.solver.solved;
     finalize::advance_poses(ctx, sets.bodies, shapes, bounds, solved, &mut s.finalize, jobs);

@@ -68,6 +68,7 @@ impl World {
                 dragged: false,
                 breaks: def.glue.is_some() || def.fracture.is_some(),
                 is_piece: false,
+                is_link: false,
                 faulted: false,
                 disabled: false,
             },
@@ -263,6 +264,7 @@ impl World {
     /// it touched. False if there is no such body.
     pub fn remove_body(&mut self, id: BodyId) -> bool {
         let Some(row) = self.tables.bodies.rows.row(id) else { return false };
+        self.free_links_of(row);
         for joint in self.tables.bodies.at(row).ties.joints.clone() {
             if let Some(joint) = self.tables.joints.rows.id_at(joint) {
                 self.remove_joint(joint);

@@ -292,6 +292,7 @@ impl<'w> BodyMut<'w> {
     pub(super) fn try_set_pose(&mut self, pose: Pose) -> Result<(), DefError> {
         position("position", pose.position)?;
         unit("rotation", pose.rotation)?;
+        self.check_free("pose")?;
         self.wake_neighbors();
         self.world.put_body(self.row, pose.position, pose.rotation.normalized());
         self.wake();
@@ -322,7 +323,9 @@ impl<'w> BodyMut<'w> {
             return;
         }
         (body.v, body.w, body.history.w_low) = (v, w, Vec3::ZERO);
-        self.world.bring_back(self.row);
+        if !self.body().record.is_link {
+            self.world.bring_back(self.row);
+        }
         if v != Vec3::ZERO || w != Vec3::ZERO {
             if self.body().kind == BodyKind::Kinematic {
                 self.wake_neighbors();
@@ -367,9 +370,13 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Locks axes [world]. Velocity along and about locked axes becomes 0.
+    /// Locks axes [world]. Velocity along and about locked axes becomes 0. Nothing happens to a link
+    /// of an articulation.
     pub fn set_locks(&mut self, locks: AxisLocks) {
         let body = self.body();
+        if body.record.is_link {
+            return;
+        }
         let old = core::mem::replace(&mut body.inertia.locks, locks);
         for i in 0..3 {
             if locks.linear[i] {

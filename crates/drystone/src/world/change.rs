@@ -38,6 +38,8 @@ impl BodyMut<'_> {
         if kind == body.kind {
             return Ok(());
         }
+        self.check_free("kind")?;
+        let body = self.world.tables.bodies.at(row);
         for shape in &body.ties.shapes {
             shape_suits(kind, &self.world.tables.shapes.at(*shape).shape)?;
         }
@@ -63,6 +65,7 @@ impl BodyMut<'_> {
     /// nothing is changed.
     pub fn set_mass(&mut self, mass: MassDef) -> Result<(), DefError> {
         mass.validate()?;
+        self.check_free("mass")?;
         let row = self.row;
         let breaks = self.world.tables.breakage.breaks(row);
         if breaks && matches!(mass, MassDef::Exact { .. }) {
@@ -116,8 +119,21 @@ impl BodyMut<'_> {
     /// A disabled body keeps its id, pose, velocities, shapes and joints, and all of them can be
     /// changed. It does not move, touches nothing, and is invisible to queries. It is left out of
     /// all sums, and its joints and attachments are idle. Its contacts end, and its neighbors wake.
-    /// When it is enabled again, it continues in the state that it had.
+    /// When it is enabled again, it continues in the state that it had. A link of an articulation
+    /// takes all links with it.
     pub fn set_enabled(&mut self, enabled: bool) {
+        let Some((articulation, _)) = self.world.tables.articulations.of_body(self.row) else {
+            return self.set_enabled_alone(enabled);
+        };
+        for row in self.world.bodies_of_articulation(articulation) {
+            let id = self.world.tables.bodies.id(row);
+            if let Some(mut body) = self.world.body_mut(id) {
+                body.set_enabled_alone(enabled);
+            }
+        }
+    }
+
+    fn set_enabled_alone(&mut self, enabled: bool) {
         if enabled != self.body().record.disabled {
             return;
         }

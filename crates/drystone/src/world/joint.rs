@@ -136,7 +136,7 @@ impl<'w> JointRef<'w> {
                 let along = (self.anchor_b() - point).normalize_or(Vec3::Y);
                 along * (pulley.ratio * self.joint.impulse.x)
             }
-            JointModel::Coupling(_) => Vec3::ZERO,
+            JointModel::Coupling(_) | JointModel::Link => Vec3::ZERO,
         };
         self.per_time(impulse)
     }

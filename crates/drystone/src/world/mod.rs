@@ -2,6 +2,7 @@
 //! tables consistent when something is added, changed or removed.
 
 mod add;
+mod articulation;
 mod audit;
 mod body;
 mod breakage;
@@ -22,6 +23,7 @@ mod view;
 pub(crate) mod refused;
 pub(crate) mod saving;
 
+pub use self::articulation::{ArticulationDef, ArticulationMut, ArticulationRef};
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
 pub use self::clock::Clock;

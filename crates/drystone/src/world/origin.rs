@@ -57,6 +57,10 @@ impl World {
                 pulley.points = pulley.points.map(|point| point - origin);
             }
         }
+        let moved = (Vec3::ZERO - origin).to_array().map(f64::from);
+        for articulation in tables.articulations.rows.values_mut().iter_mut().flatten() {
+            articulation.shift(moved);
+        }
         let particles = &mut tables.particles;
         for (slot, row) in particles.rows.values_mut().iter_mut().enumerate() {
             let Some(particle) = row else { continue };

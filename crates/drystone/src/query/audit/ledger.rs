@@ -209,7 +209,7 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
             return -f64::from((along * force).dot(body.velocity_at(r)));
         }
         // A coupling acts through the joints that it couples.
-        JointModel::Coupling(_) => return 0.0,
+        JointModel::Coupling(_) | JointModel::Link => return 0.0,
         JointModel::SixDof(six_dof) => {
             // The force acts at anchor B on both bodies.
             let is_a = joint.body_a == row;

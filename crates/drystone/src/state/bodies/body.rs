@@ -165,6 +165,8 @@ pub(crate) struct Record {
     pub(crate) breaks: bool,
     /// It came from a fracture.
     pub(crate) is_piece: bool,
+    /// It is a moving link of an articulation: its motion follows from coordinates.
+    pub(crate) is_link: bool,
     /// Its state became non-finite, and the user has set no new one.
     pub(crate) faulted: bool,
     /// The user disabled it.

@@ -41,6 +41,9 @@ pub enum JointKind {
     /// A coordinate of one joint follows a coordinate of another. Only
     /// [`crate::World::add_coupling`] creates it.
     Coupling(CouplingDef),
+    /// A link of an articulation and its parent. Only [`crate::World::add_articulation`] creates
+    /// it.
+    Link,
 }
 
 /// A rope from the first body over two fixed points to the second. `length_a + ratio · length_b` is
@@ -253,6 +256,7 @@ impl JointKind {
             Self::SixDof(_) => "a joint of six axes",
             Self::Pulley(_) => "a pulley",
             Self::Coupling(_) => "a coupling",
+            Self::Link => "a link of an articulation",
         }
     }
 
@@ -260,6 +264,11 @@ impl JointKind {
     pub(crate) fn validate(&self) -> Result<(), DefError> {
         match self {
             Self::Ball => Ok(()),
+            Self::Link => Err(DefError::unsuitable(
+                "kind",
+                "a link of an articulation",
+                "a kind of joint that `add_joint` makes",
+            )),
             Self::Pulley(pulley) => pulley.validate().map_err(|e| e.within("pulley")),
             Self::SixDof(six_dof) => six_dof.validate(),
             Self::Coupling(coupling) => coupling.validate(),

@@ -70,7 +70,10 @@ impl JointRow {
                 along * self.solve_distance(&k, along, u, (h, caps), [min, max], length, spring)
             }
             // Solved above, by `axes` and `coupled`.
-            JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
+            JointKind::SixDof(_)
+            | JointKind::Coupling(_)
+            | JointKind::Pulley(_)
+            | JointKind::Link => return,
         };
         if j.is_finite() {
             movers[self.a as usize].take(r_a, -j);
@@ -137,7 +140,10 @@ impl JointRow {
                 self.gap.normalize_or(Vec3::Y) * (i.x - i.y + i.z)
             }
             JointKind::Ball => self.impulse,
-            JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => Vec3::ZERO,
+            JointKind::SixDof(_)
+            | JointKind::Coupling(_)
+            | JointKind::Pulley(_)
+            | JointKind::Link => Vec3::ZERO,
         }
     }
 }

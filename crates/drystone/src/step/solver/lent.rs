@@ -1,6 +1,7 @@
 //! `Solver`: borrowed views of the tables and of the solver's rows, through which groups are solved
 //! in parallel.
 
+use super::articulation::lent::ArticulationRows;
 use super::body::lent::BodyRows;
 use super::contact::lent::ContactRows;
 use super::impact::Impacts;
@@ -39,6 +40,7 @@ pub(crate) struct Solver<'a> {
     pub(super) contact: ContactRows<'a>,
     pub(super) joint: JointRows<'a>,
     pub(super) tree: TreeRows<'a>,
+    pub(super) articulation: ArticulationRows<'a>,
     /// One for each group; empty unless the step has impacts.
     pub(super) impacts: Rows<'a, Impacts>,
     /// One for each group that runs in step with particles.

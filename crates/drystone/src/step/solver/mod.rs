@@ -10,6 +10,7 @@
 //!
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 
+mod articulation;
 mod bound;
 pub(crate) mod work;
 mod impact;
@@ -36,10 +37,18 @@ use super::classic;
 use super::context::StepContext;
 use super::particles::tied::Tied;
 use crate::base::threads::jobs::Jobs;
+use crate::state::articulations::Articulations;
 use crate::state::colors::Colors;
 use crate::state::contacts::Contacts;
 use crate::state::def::config::WorldConfig;
 use crate::state::joints::Joints;
+
+/// State of the body of a link.
+pub(crate) use self::articulation::link_state;
+
+/// The tables that the solver writes.
+pub(crate) type Tables<'a> =
+    (&'a mut Joints, &'a mut Articulations, &'a mut Contacts, &'a mut Colors);
 
 /// Runs the passes of the world's method: a default method in [`wide`], a classic one in
 /// [`classic`]. `finalize` then writes the poses, from [`Scratch::solved`].
@@ -47,9 +56,7 @@ pub(crate) fn solve(
     ctx: &StepContext,
     config: &WorldConfig,
     input: Input<'_>,
-    joints: &mut Joints,
-    contacts: &mut Contacts,
-    colors: &mut Colors,
+    (joints, articulations, contacts, colors): Tables<'_>,
     scratch: &mut Scratch,
     tied: &mut Tied<'_>,
     jobs: &Jobs<'_>,
@@ -62,6 +69,7 @@ pub(crate) fn solve(
         with_particles::follow(ctx, input.bodies, solved, tied, jobs);
     } else {
         scratch.leave_classic();
-        wide::solve(ctx, config, input, joints, contacts, colors, scratch, tied, jobs);
+        let tables = (joints, articulations, contacts, colors);
+        wide::solve(ctx, config, input, tables, scratch, tied, jobs);
     }
 }

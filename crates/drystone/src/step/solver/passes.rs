@@ -34,6 +34,7 @@ impl Solver<'_> {
         self.prepare_couplings(group);
         self.prepare_trees(group);
         let arrives = self.prepare_contacts(group, jobs);
+        self.begin_articulations(number);
         if self.turns(group) {
             self.begin_turning(group);
         }
@@ -78,6 +79,7 @@ impl Solver<'_> {
         match step.pass {
             Pass::Velocities => {
                 self.accelerate(group, jobs, step.substep == 0);
+                self.move_articulations(number);
                 // The velocities contain the warm start, too, which the following impacts must not
                 // reflect.
                 progress.kicked = true;
@@ -96,6 +98,10 @@ impl Solver<'_> {
                         self.accelerate(group, jobs, false);
                     }
                 }
+                self.advance_articulations(number);
+                if step.kicks {
+                    self.move_articulations(number);
+                }
             }
             Pass::Impacts if self.collides() => {
                 self.collide(number, progress.done, progress.kicked, jobs);
@@ -106,9 +112,13 @@ impl Solver<'_> {
                 // Sum after the bound: impulses that it removed never acted.
                 match pass {
                     Pass::Solve { .. } => {
+                        self.solve_articulations(number, step.substep);
                         self.add_to_tallies(group, When::solved(step.substep, self.ctx.parts));
                     }
-                    Pass::Relax => self.add_to_tallies(group, When::relaxed()),
+                    Pass::Relax => {
+                        self.relax_articulations(number, step.substep);
+                        self.add_to_tallies(group, When::relaxed());
+                    }
                     _ => {}
                 }
             }
@@ -121,6 +131,7 @@ impl Solver<'_> {
     /// Corrects overlaps that no load explains, and stores the impulses in the tables.
     pub(super) fn end(&self, number: usize, progress: &Progress, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
+        self.end_articulations(number);
         self.part(group, progress.locked, jobs);
         if self.collides() {
             self.add_impacts(number);

@@ -1,5 +1,6 @@
 //! Memory of the solver, kept from step to step.
 
+use super::articulation::lent::ArticulationScratch;
 use super::body::solved::Solved;
 use super::contact::lent::ContactScratch;
 use super::impact::Impacts;
@@ -17,6 +18,7 @@ pub(crate) struct Scratch {
     pub(super) contact: ContactScratch,
     pub(super) joint: JointScratch,
     pub(super) tree: TreeScratch,
+    pub(super) articulation: ArticulationScratch,
     /// One for each group, while some contact can bounce.
     pub(super) impacts: Vec<Impacts>,
     /// Progress of the groups that run in step with particles.

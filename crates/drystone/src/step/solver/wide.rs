@@ -16,14 +16,11 @@ use super::pass::Progress;
 use super::plan::group::Group;
 use super::scratch::Scratch;
 use super::totals_rows::SumRequests;
-use super::with_particles;
+use super::{Tables, with_particles};
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each_in_buffer, for_shares};
-use crate::state::colors::Colors;
-use crate::state::contacts::Contacts;
 use crate::state::def::config::WorldConfig;
 use crate::state::def::method::Pass;
-use crate::state::joints::Joints;
 use crate::step::context::StepContext;
 use crate::step::context::softness::Softness;
 use crate::step::particles::tied::Tied;
@@ -36,9 +33,7 @@ pub(crate) fn solve(
     ctx: &StepContext,
     config: &WorldConfig,
     input: Input<'_>,
-    joints: &mut Joints,
-    contacts: &mut Contacts,
-    colors: &mut Colors,
+    (joints, articulations, contacts, colors): Tables<'_>,
     scratch: &mut Scratch,
     tied: &mut Tied<'_>,
     jobs: &Jobs<'_>,
@@ -55,7 +50,7 @@ pub(crate) fn solve(
     let workers = jobs.workers().max(1);
     let parts = contexts.map(|ctx| ctx.parts);
     s.plan.update(
-        bodies,
+        (bodies, articulations),
         joints,
         contacts,
         colors,
@@ -105,6 +100,7 @@ pub(crate) fn solve(
         contact,
         joint: s.joint.lend(apart),
         tree: s.tree.lend(apart),
+        articulation: s.articulation.lend(plan, articulations, apart),
         impacts: Rows::new(&mut s.impacts, apart),
         progress: Rows::new(&mut s.progress, apart),
     };

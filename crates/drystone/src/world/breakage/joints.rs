@@ -19,7 +19,7 @@ impl Borne {
         let [force, torque] = match &joint.model {
             JointModel::Ball | JointModel::Distance { .. } | JointModel::SixDof(_) => joint.peak,
             JointModel::Pulley(_) => [joint.impulse.x.abs(), 0.0],
-            JointModel::Coupling(_) => [0.0; 2],
+            JointModel::Coupling(_) | JointModel::Link => [0.0; 2],
         };
         let impulse = joint.given[0].length();
         let [force, torque] = [force, torque].map(|impulse| bounded(impulse * inv_h));

@@ -151,7 +151,7 @@ impl World {
         sets.color_joint(row);
     }
 
-    fn insert_joint(&mut self, joint: Joint) -> JointId {
+    pub(in crate::world) fn insert_joint(&mut self, joint: Joint) -> JointId {
         let (a, b) = (joint.body_a, joint.body_b);
         let id = self.tables.joints.rows.insert(joint);
         self.tables.bodies.at_mut(a).ties.joints.push(id.index());
@@ -214,10 +214,17 @@ impl World {
         }
     }
 
-    /// Removes a joint and wakes its bodies. False if there is no such joint.
+    /// Removes a joint and wakes its bodies. Without the joint of a link its whole articulation is
+    /// removed, and its links are free bodies. False if there is no such joint.
     pub fn remove_joint(&mut self, id: JointId) -> bool {
         self.remove_couplings(id);
         let Some(row) = self.tables.joints.rows.row(id) else { return false };
+        if let JointModel::Link = self.tables.joints.at(row).model {
+            self.free_links_of(self.tables.joints.at(row).body_b);
+            if self.tables.joints.rows.row(id).is_none() {
+                return true;
+            }
+        }
         let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
         let mut sets = self.sets();
         sets.wake(a);

@@ -80,7 +80,7 @@ impl<'w> JointMut<'w> {
         let (anchor_a, anchor_b) = (anchor_a.into(), anchor_b.into());
         position("anchor_a", anchor_a)?;
         position("anchor_b", anchor_b)?;
-        if let JointModel::Coupling(_) = self.joint().model {
+        if let JointModel::Coupling(_) | JointModel::Link = self.joint().model {
             return Err(self.other_kind("a joint with anchors"));
         }
         let bodies = &self.world.tables.bodies;
@@ -124,10 +124,11 @@ impl<'w> JointMut<'w> {
     /// become locked, part of a cone, or be gone.
     pub fn set_kind(&mut self, kind: impl Into<JointKind>) -> Result<(), DefError> {
         let kind = kind.into();
-        let to_coupling = matches!(kind, JointKind::Coupling(_));
-        if to_coupling || matches!(self.joint().model, JointModel::Coupling(_)) {
-            let value = if to_coupling { kind.name() } else { self.joint().model.kind().name() };
-            return Err(DefError::unsuitable("kind", value, "a kind other than a coupling"));
+        let to_other = matches!(kind, JointKind::Coupling(_) | JointKind::Link);
+        if to_other || matches!(self.joint().model, JointModel::Coupling(_) | JointModel::Link) {
+            let value = if to_other { kind.name() } else { self.joint().model.kind().name() };
+            let allowed = "a kind other than a coupling or a link";
+            return Err(DefError::unsuitable("kind", value, allowed));
         }
         match (kind, &self.joint().model) {
             (JointKind::SixDof(axes), JointModel::SixDof(_)) => return self.set_axes(axes),
@@ -246,11 +247,11 @@ impl<'w> JointMut<'w> {
 
     /// Enables or disables the joint. A disabled joint holds and drives nothing and cannot break,
     /// and its couplings do not act. It keeps its settings, can be changed, and filters collisions
-    /// between its bodies as before.
+    /// between its bodies as before. Nothing happens to a link of an articulation.
     pub fn set_enabled(&mut self, enabled: bool) {
         let (row, id) = (self.row, self.id);
         let joint = self.world.tables.joints.at_mut(row);
-        if joint.is_on() == enabled {
+        if joint.is_on() == enabled || matches!(joint.model, JointModel::Link) {
             return;
         }
         joint.switch = if enabled { Switch::On } else { Switch::Off };

@@ -161,12 +161,22 @@ impl World {
             hash.vector(c.rolling_impulse());
             hash.word(c.twist_impulse.to_bits());
         }
+        for (_, articulation) in self.tables.articulations.rows.iter() {
+            for number in articulation.model.q().iter().chain(articulation.model.v()) {
+                let bits = number.to_bits();
+                #[expect(clippy::cast_possible_truncation, reason = "both halves")]
+                hash.words(&[bits as u32, (bits >> 32) as u32]);
+            }
+        }
         for (_, joint) in self.tables.joints.rows.iter() {
             hash.vector(joint.impulse);
             match &joint.model {
                 JointModel::SixDof(six_dof) => hash.words(bytemuck::cast_slice(&[six_dof.state])),
                 JointModel::Coupling(coupling) => hash.word(coupling.impulse.to_bits()),
-                JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => {}
+                JointModel::Ball
+                | JointModel::Distance { .. }
+                | JointModel::Pulley(_)
+                | JointModel::Link => {}
             }
         }
     }

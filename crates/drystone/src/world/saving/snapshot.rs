@@ -15,7 +15,7 @@ use crate::world::World;
 /// First bytes of a snapshot.
 const MAGIC: [u8; 8] = *b"drystone";
 /// Version of the layout; it increases whenever anything that is saved changes.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// Magic, version, checksum.
 const HEADER: usize = 8 + 4 + 8;
 

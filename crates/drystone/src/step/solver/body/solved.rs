@@ -45,7 +45,10 @@ impl Solved {
         let in_rounds = plan.groups.iter().any(|group| group.subdivision == Subdivision::Tumbling);
         // Bodies on one ball joint have end states as well.
         let on_joints = !plan.joints.owners.is_empty();
-        let states = in_rounds || on_joints || !plan.turning.solver_rows.is_empty();
+        let states = in_rounds
+            || on_joints
+            || !plan.articulations.is_empty()
+            || !plan.turning.solver_rows.is_empty();
         grow::resize(&mut self.states, if states { n } else { 0 }, BodyState::default());
         self.frames.resize_with(plan.groups.len().max(self.frames.len()), Frames::default);
         self.free.clear();

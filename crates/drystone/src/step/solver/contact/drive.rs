@@ -12,13 +12,17 @@ use crate::state::contacts::Contact;
 use crate::step::context::StepContext;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
-use crate::step::solver::plan::joint_class::TURNING;
+use crate::step::solver::plan::joint_class::{TURNING, is_linked};
 use crate::step::solver_body;
 
 impl Solver<'_> {
     /// Records the solver bodies that nothing pushed, among those near a surface with restitution.
     pub(crate) fn find_free(&self, group: &Group) {
+        let linked: Vec<usize> = self.link_blocks(group).collect();
         for i in self.plan.contacts.blocks_of(&group.contacts) {
+            if linked.binary_search(&i).is_ok() {
+                continue;
+            }
             let (block, extra) = (self.contact.blocks.read(i), self.contact.extras.read(i));
             if !extra.bounces {
                 continue;
@@ -65,6 +69,12 @@ impl Solver<'_> {
         }
     }
 
+    /// The blocks of contacts of links, in ascending order.
+    pub(crate) fn link_blocks(&self, group: &Group) -> impl Iterator<Item = usize> {
+        let batches = &self.plan.contacts.batches[group.contacts.clone()];
+        batches.iter().filter(|batch| is_linked(batch.class)).flat_map(|b| b.blocks.clone())
+    }
+
     /// Fills the blocks; true if some contact bounces or gets an impact in this step.
     pub(crate) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
         let source = self.pack_source(self.ctx);
@@ -77,7 +87,10 @@ impl Solver<'_> {
                     self.prefetch_contacts(i + 1);
                     let block = self.contact.blocks.row(i);
                     let extra = if self.contact.has_extras { Some(self.contact.extras.row(i)) } else { None };
-                    if batch.fixed {
+                    if is_linked(batch.class) {
+                        prepare::build::<_, false>(simd, &source.for_links(), owners, block, extra);
+                        (block.parting, block.arrives) = (0, 0);
+                    } else if batch.fixed {
                         prepare::pack::<_, true>(simd, &source, owners, block, extra, &self.body.solver_bodies);
                     } else {
                         prepare::pack::<_, false>(simd, &source, owners, block, extra, &self.body.solver_bodies);
@@ -116,6 +129,9 @@ impl Solver<'_> {
         jobs: &Jobs<'_>,
     ) {
         self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
+            if is_linked(batch.class) {
+                return;
+            }
             let sweep = &sweeps[usize::from(batch.fixed)];
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {

@@ -64,6 +64,13 @@ pub(crate) struct Source<'a> {
     pub(crate) turning: Option<&'a BitSet>,
 }
 
+impl Source<'_> {
+    /// For contacts of links: their trees turn the rows.
+    pub(crate) fn for_links(&self) -> Self {
+        Self { turning: None, may_impact: false, ..*self }
+    }
+}
+
 /// Lanes of a block before its rows are built. Idle lanes repeat the first contact without a body,
 /// a point or an impulse.
 pub(crate) struct Raw<'a> {

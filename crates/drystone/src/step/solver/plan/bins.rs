@@ -54,7 +54,9 @@ impl Bins {
             let (first, begin) = (self.count, self.solver_rows.len());
             let kinds = [&group.joints, &group.six_dof, &group.couplings, &group.trees];
             let has_joints = kinds.iter().any(|kind| !kind.is_empty());
-            let solver_rows = if has_joints { group.solver_rows.clone() } else { 0..0 };
+            // Articulations bound their own energy.
+            let bounds = has_joints && group.articulations.is_empty();
+            let solver_rows = if bounds { group.solver_rows.clone() } else { 0..0 };
             for solver_body in
                 solver_rows.clone().filter(|solver_body| !body(*solver_body).ties.joints.is_empty())
             {

@@ -13,6 +13,8 @@ pub(crate) struct Group {
     pub(crate) six_dof: Range<usize>,
     /// Range in [`Plan::couplings`].
     pub(crate) couplings: Range<usize>,
+    /// Range in [`Plan::articulations`].
+    pub(crate) articulations: Range<usize>,
     /// Range in [`Forest::order`].
     pub(crate) trees: Range<usize>,
     /// Island numbers of [`Bins`].

@@ -8,6 +8,15 @@ pub(crate) const TURNING: u8 = 0x80;
 /// Bit for contacts among these that are rebuilt in each substep.
 pub(crate) const OFTEN: u8 = 0x40;
 
+/// Kind of contacts of links, whose blocks no kernel sweeps: see `solver/articulation`. No other
+/// contact has this bit alone.
+pub(crate) const LINKED: u8 = OFTEN;
+
+/// True for a batch of contacts of links.
+pub(crate) const fn is_linked(class: u8) -> bool {
+    class & (TURNING | OFTEN) == LINKED
+}
+
 /// Class of distance joints; ball joints have 0.
 pub(crate) const DISTANCE: u8 = 1;
 
@@ -16,6 +25,9 @@ pub(crate) const TREE: u8 = 2;
 
 /// Class of couplings and pulleys; no batch contains them.
 pub(crate) const COUPLED: u8 = 3;
+
+/// Class of joints between links, which articulations solve; no batch contains them.
+const LINK: u8 = 4;
 
 /// Bit of six-axis joints.
 pub(crate) const SIX_DOF: u8 = 8;
@@ -40,6 +52,7 @@ pub(crate) fn class_of(joint: &Joint) -> u8 {
         JointModel::Ball => 0,
         JointModel::Distance { .. } => DISTANCE,
         JointModel::Coupling(_) | JointModel::Pulley(_) => COUPLED,
+        JointModel::Link => LINK,
         JointModel::SixDof(six_dof) => {
             let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
             let parts = six_dof.def.parts();

@@ -20,7 +20,7 @@ pub(crate) mod turning;
 use self::bins::Bins;
 use self::forest::Forest;
 use self::group::{Group, number};
-use self::joint_class::{COUPLED, OFTEN, SIX_DOF, TREE, TURNING, class_of};
+use self::joint_class::{COUPLED, LINKED, OFTEN, SIX_DOF, TREE, TURNING, class_of};
 use self::layout::{CLASS, GROUP, Layout, Sorter, last_row, row_key};
 use self::refine::{is_jointed, struck, subdivision_of, take_back, tumbles, was_struck, whirls};
 use self::survey::Survey;
@@ -29,6 +29,7 @@ use crate::base::bit_set::BitSet;
 use crate::base::grow;
 use crate::base::threads::disjoint::{Apart, Rows};
 use crate::base::threads::jobs::{Jobs, for_each, for_items, grain};
+use crate::state::articulations::Articulations;
 use crate::state::bodies::body::{Body, Subdivision};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::{Coloring, Colors};
@@ -70,6 +71,8 @@ pub(crate) struct Plan {
     pub(super) six_dof: Layout,
     /// Group and row of each coupling and pulley, sorted.
     pub(super) couplings: Vec<(u64, u32)>,
+    /// Group and row of each articulation, sorted.
+    pub(crate) articulations: Vec<(u64, u32)>,
     pub(super) forest: Forest,
     pub(super) bins: Bins,
     workers: usize,
@@ -161,9 +164,11 @@ impl Plan {
         if chosen.iter().all(|subdivision| *subdivision == Subdivision::Whole) {
             return;
         }
-        // Particles run at the world's substeps, so islands that they drag are not subdivided.
+        // Particles run at the world's substeps, so islands that they drag are not subdivided. Links
+        // do not need it.
         self.survey.make(bodies, |_| false, jobs);
-        for body in self.survey.marked(bodies).filter(|body| body.record.dragged) {
+        let stays = |body: &&Body| body.record.dragged || body.record.is_link;
+        for body in self.survey.marked(bodies).filter(stays) {
             chosen[body.sleep.island as usize] = Subdivision::Whole;
         }
     }
@@ -220,7 +225,7 @@ impl Plan {
     /// Updates the plan and `line_of`.
     pub(super) fn update(
         &mut self,
-        bodies: &Bodies,
+        (bodies, articulations): (&Bodies, &Articulations),
         joints: &mut Joints,
         contacts: &mut Contacts,
         colors: &mut Colors,
@@ -259,7 +264,9 @@ impl Plan {
         self.forest.place(&self.group_of_row, solver_row_of, &mut self.groups);
 
         self.turning.place(solver_row_of);
-        self.place_contacts(contacts, colors, solver_row_of, jobs);
+        self.place_articulations(articulations, solver_row_of);
+        let links = (!articulations.rows.is_empty()).then_some(bodies);
+        self.place_contacts(contacts, colors, (solver_row_of, links), jobs);
         // Contacts change in every step, joints do not.
         if joints_changed || moved {
             self.place_joints(joints, colors, solver_row_of, joints_changed, jobs);
@@ -271,16 +278,38 @@ impl Plan {
             group.six_dof = self.six_dof.batches_of(number);
             let first = self.couplings.partition_point(|(of, _)| *of < number);
             group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
+            let first = self.articulations.partition_point(|(of, _)| *of < number);
+            group.articulations =
+                first..self.articulations.partition_point(|(of, _)| *of <= number);
         }
         self.bins.place(bodies, joints, &self.members, &mut self.groups);
     }
 
-    /// Places contacts in blocks, all colors in parallel.
+    /// Finds the group of each articulation. One whose links are not all in a group, such as one
+    /// that sleeps, is in none.
+    fn place_articulations(&mut self, articulations: &Articulations, solver_row_of: &[u32]) {
+        self.articulations.clear();
+        for (id, row) in articulations.rows.iter() {
+            let moving = (0..).zip(&row.bodies).filter(|(link, _)| row.model.tree.moves(*link));
+            let mut groups = moving.map(|(_, body)| match solver_row_of[*body as usize] {
+                0 => None,
+                solver_row => Some(self.group_of_row[solver_row as usize]),
+            });
+            if let Some(Some(first)) = groups.next()
+                && groups.all(|group| group == Some(first))
+            {
+                self.articulations.push((u64::from(first), id.index()));
+            }
+        }
+        self.articulations.sort_unstable();
+    }
+
+    /// Places contacts in blocks, all colors in parallel. `links`: the bodies, if some are links.
     fn place_contacts(
         &mut self,
         contacts: &mut Contacts,
         colors: &mut Colors,
-        solver_row_of: &[u32],
+        (solver_row_of, links): (&[u32], Option<&Bodies>),
         jobs: &Jobs<'_>,
     ) {
         let key = row_key(&self.group_of_row);
@@ -309,7 +338,12 @@ impl Plan {
             let solver_row = last_row(solver_row_of, c.body_a, c.body_b);
             let is_of = |bodies: &BitSet| bodies.contains(c.body_a) || bodies.contains(c.body_b);
             let mut class = (part_of(solver_row) as u64) << COUNT | count;
-            if is_of(turning) {
+            let is_link = |bodies: &Bodies, row: u32| bodies.at(row).record.is_link;
+            if let Some(bodies) = links
+                && (is_link(bodies, c.body_a) || is_link(bodies, c.body_b))
+            {
+                class |= u64::from(LINKED);
+            } else if is_of(turning) {
                 class |= u64::from(if is_of(often) { TURNING | OFTEN } else { TURNING });
             }
             Some(key(class, solver_row))

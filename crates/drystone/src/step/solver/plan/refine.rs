@@ -214,6 +214,9 @@ fn scale(joint: &mut Joint, factor: f32) {
     match &mut joint.model {
         JointModel::SixDof(six_dof) => six_dof.state.scale_impulses(factor),
         JointModel::Coupling(coupling) => coupling.impulse *= factor,
-        JointModel::Ball | JointModel::Distance { .. } | JointModel::Pulley(_) => {}
+        JointModel::Ball
+        | JointModel::Distance { .. }
+        | JointModel::Pulley(_)
+        | JointModel::Link => {}
     }
 }

@@ -28,7 +28,7 @@ impl Survey {
         self.is_made = false;
     }
 
-    /// Reads the bodies once per step. It marks those that particles act on, that were hit, or that
+    /// Reads the bodies once per step. It marks links, those that particles act on, that were hit, or that
     /// `wants` selects.
     pub(crate) fn make(
         &mut self,
@@ -52,7 +52,8 @@ impl Survey {
                 debug_assert!(!has_line(body) || body.sleep.island != NONE, "it is in an island");
                 *islands.row(i) = if has_line(body) { body.sleep.island } else { NONE };
                 *ends.row(i) = body.ties.constraints;
-                if has_line(body) && (body.record.dragged || was_struck(body) || wants(body)) {
+                let stays_whole = body.record.dragged || body.record.is_link;
+                if has_line(body) && (stays_whole || was_struck(body) || wants(body)) {
                     marked.push(bodies.awake[i]);
                 }
             }
@@ -66,7 +67,8 @@ impl Survey {
     }
 }
 
-/// Dynamic bodies under a constraint or a particle have a solver body; the others fly (`finalize`).
+/// Dynamic bodies under a constraint or a particle have a solver body, and so have links; the
+/// others fly (`finalize`).
 fn has_line(body: &Body) -> bool {
-    body.is_dynamic() && (body.ties.constraints > 0 || body.record.dragged)
+    body.is_dynamic() && (body.ties.constraints > 0 || body.record.dragged || body.record.is_link)
 }

@@ -54,6 +54,7 @@ impl Turning {
             body.is_dynamic()
                 && body.active()
                 && body.ties.joints.is_empty()
+                && !body.record.is_link
                 && !body.record.dragged
                 && body.inner < ROUND * body.extent
                 && body.v.length() * dt < body.extent

@@ -1,9 +1,9 @@
 //! Motions with a known solution: pendulums, tops, free bodies.
 
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::work::TreeWork;
-use crate::articulation::{LinkDef, TreeDef, TreeJoint, TreeStepConfig};
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::work::TreeWork;
+use crate::reduced::{LinkDef, TreeDef, TreeJoint, TreeStepConfig};
 
 use super::trees::GRAVITY;
 

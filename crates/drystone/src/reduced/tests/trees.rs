@@ -1,9 +1,9 @@
 //! Trees for tests: chains, robots, and random ones.
 
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::{LinkDef, TreeDef, TreeJoint};
 use crate::base::random::Random;
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::{LinkDef, TreeDef, TreeJoint};
 
 pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
@@ -82,7 +82,7 @@ pub(super) fn random_tree(random: &mut Random, kind: &Kind) -> (TreeDef, Vec<f64
             (_, 8) => TreeJoint::planar([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
             _ => vec![TreeJoint::hinge([0.0, 1.0, 0.0])],
         };
-        let free = link.joints[0].kind == crate::articulation::TreeJointKind::Free;
+        let free = link.joints[0].kind == crate::reduced::TreeJointKind::Free;
         for joint in link.joints.iter_mut().filter(|_| !free) {
             if kind.armature && random.unit() < 0.5 {
                 joint.armature = 10.0_f64.powf(between(random, -4.0, 0.0));
@@ -98,7 +98,7 @@ pub(super) fn random_tree(random: &mut Random, kind: &Kind) -> (TreeDef, Vec<f64
                 joint.friction = between(random, 0.0, 1.0);
             }
             if kind.limits && random.unit() < 0.7 {
-                if joint.kind == crate::articulation::TreeJointKind::Ball {
+                if joint.kind == crate::reduced::TreeJointKind::Ball {
                     joint.range = Some([0.0, between(random, 0.2, 1.0)]);
                 } else {
                     let low = between(random, -1.0, 0.35);

@@ -15,7 +15,8 @@ use super::work::{Buffers, TreeWork};
 const MAX_GAIN: f64 = 1.05;
 
 /// Quantities that a step conserves, at its start.
-pub(super) struct Before<N> {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Before<N> {
     pub(super) energy: N,
     pub(super) momentum: Spatial<N>,
     pub(super) origin: Vector<N>,

@@ -15,7 +15,10 @@
 //! gravity energy is the one before plus the work of P: the internal motion is scaled.
 //! `docs/decisions/043-reduced-coordinates.md` has the numbers.
 
-use super::conserve::{Goal, about};
+#[cfg(feature = "serde")]
+use serde::{Deserialize, Serialize};
+
+use super::conserve::{Before, Goal, about};
 use super::number::Number;
 use super::spatial::Spatial;
 use super::tree::Tree;
@@ -23,6 +26,7 @@ use super::work::{Buffers, TreeWork};
 
 /// Tuning of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TreeStepConfig {
     /// Iterations over velocity products and rows, 1 to 16; default 3.
     pub iterations: usize,
@@ -158,6 +162,20 @@ impl<N: Number> Tree<N> {
         config: &TreeStepConfig,
         work: &mut TreeWork<N>,
     ) -> N {
+        let before = self.begin(state, tau, h, config, work);
+        self.end(state, tau, h, config, work, &before)
+    }
+
+    /// Moves to the middle of a substep, and finds the velocities at its end without contacts,
+    /// into `work.buffers.v`.
+    pub(crate) fn begin(
+        &self,
+        state: &mut TreeState<N>,
+        tau: &[N],
+        h: N,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+    ) -> Before<N> {
         let mut buffers = core::mem::replace(&mut work.buffers, Buffers::empty());
         let half = h * N::splat(0.5);
         self.place(&state.q, work);
@@ -171,6 +189,23 @@ impl<N: Number> Tree<N> {
         self.fill_mass_matrix(work);
         self.factor_step(work, h);
         self.find_velocities(state, tau, h, config, work, &mut buffers);
+        work.buffers = buffers;
+        before
+    }
+
+    /// Moves from the middle of a substep to its end, at the velocities in `work.buffers.v`, and
+    /// restores momentum and energy. Gives the work of closing gaps [J].
+    pub(crate) fn end(
+        &self,
+        state: &mut TreeState<N>,
+        tau: &[N],
+        h: N,
+        config: &TreeStepConfig,
+        work: &mut TreeWork<N>,
+        before: &Before<N>,
+    ) -> N {
+        let mut buffers = core::mem::replace(&mut work.buffers, Buffers::empty());
+        let half = h * N::splat(0.5);
         let momentum = self.sum_impulses(tau, h, work, &mut buffers);
         // Gravity acts at the center of mass halfway of its fall, where the placed links have it up
         // to the square of the step.
@@ -254,10 +289,14 @@ impl<N: Number> Tree<N> {
             sum = sum + h * (force * mean).lesser(force * weighted);
             buffers.row[dof] = mean;
         }
-        if work.rows.rows.is_empty() {
+        if work.rows.rows.is_empty() && !work.has_contacts {
             return sum;
         }
         self.whiten_velocity(work, &buffers.row, &mut buffers.whitened);
+        if work.has_contacts {
+            let touched = work.contact_impulse.iter().zip(&buffers.whitened);
+            sum = touched.fold(sum, |sum, (&impulse, &y)| sum + impulse * y);
+        }
         let (rigid, soft) = work.rows.work(&buffers.whitened);
         for dof in 0..self.dofs.len() {
             buffers.row[dof] = half * (buffers.v_start[dof] + buffers.change[dof]);

@@ -44,6 +44,9 @@ pub(crate) struct TreeWork<N> {
     /// Least pivots of the next factor.
     pub(super) floor: Vec<N>,
     pub(super) rows: Rows<N>,
+    /// Whether contacts acted in this substep, and their impulses in whitened velocities: Σ w λ.
+    pub(crate) has_contacts: bool,
+    pub(crate) contact_impulse: Vec<N>,
     pub(super) buffers: Buffers<N>,
 }
 
@@ -90,6 +93,8 @@ impl<N: Number> TreeWork<N> {
             tau: rates(),
             floor: rates(),
             rows: Rows::new(),
+            has_contacts: false,
+            contact_impulse: rates(),
             buffers: Buffers {
                 q: coordinates(),
                 q_start: coordinates(),

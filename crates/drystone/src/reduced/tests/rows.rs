@@ -1,11 +1,11 @@
 //! Limits, friction, couplings, tendons, loops and contacts.
 
-use crate::articulation::row::{Bound, Rows, Segment};
-use crate::articulation::spatial::Vector;
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::work::TreeWork;
-use crate::articulation::{
+use crate::reduced::row::{Bound, Rows, Segment};
+use crate::reduced::spatial::Vector;
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::work::TreeWork;
+use crate::reduced::{
     LinkDef, RowSoftness, TreeCoupling, TreeDef, TreeJoint, TreeLoop, TreeStepConfig, TreeTendon,
 };
 

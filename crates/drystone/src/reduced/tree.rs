@@ -324,7 +324,7 @@ impl<N: Number> Tree<N> {
     }
 
     /// Whether the first link floats.
-    pub(super) fn floats(&self) -> bool {
+    pub(crate) fn floats(&self) -> bool {
         self.joints.first().is_some_and(|joint| joint.kind == TreeJointKind::Free)
     }
 

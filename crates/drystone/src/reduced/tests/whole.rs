@@ -1,6 +1,6 @@
 //! The interface for users: nothing that they pass panics, and errors change nothing.
 
-use crate::articulation::{Articulation, LinkDef, TreeDef, TreeJoint, TreeStepConfig};
+use crate::reduced::{Articulation, LinkDef, TreeDef, TreeJoint, TreeStepConfig};
 
 use super::trees::GRAVITY;
 

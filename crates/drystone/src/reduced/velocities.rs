@@ -158,10 +158,15 @@ impl<N: Number> Tree<N> {
                 - (data.damping + theta * h * data.stiffness) * weighted;
             buffers.impulse[dof] = h * force;
         }
-        if !work.rows.rows.is_empty() {
+        if !work.rows.rows.is_empty() || work.has_contacts {
             // Jᵀλ = Lᵀ √D Σ w λ.
             buffers.row.fill(N::zero());
             work.rows.apply(&mut buffers.row);
+            if work.has_contacts {
+                for (sum, &impulse) in buffers.row.iter_mut().zip(&work.contact_impulse) {
+                    *sum = *sum + impulse;
+                }
+            }
             for dof in 0..dofs {
                 let value = buffers.row[dof] * work.root[dof];
                 buffers.row[dof] = value;

@@ -1,10 +1,10 @@
 //! Passive trees gain no energy, whatever their masses, joints, limits and steps.
 
-use crate::articulation::TreeStepConfig;
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::work::TreeWork;
 use crate::base::random::Random;
+use crate::reduced::TreeStepConfig;
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::work::TreeWork;
 
 use super::trees::{BARE, GRAVITY, Kind, random_tree};
 

@@ -1,10 +1,10 @@
 //! Numbers of MuJoCo for the same trees: `scripts/mujoco_reference.py` writes them.
 
-use crate::articulation::spatial::{Spatial, Vector};
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::work::TreeWork;
-use crate::articulation::{LinkDef, TreeDef, TreeJoint, TreeStepConfig};
+use crate::reduced::spatial::{Spatial, Vector};
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::work::TreeWork;
+use crate::reduced::{LinkDef, TreeDef, TreeJoint, TreeStepConfig};
 
 use super::trees::GRAVITY;
 
@@ -199,7 +199,7 @@ fn swing(model: &Reference, h: f64) -> (f64, f64, f64) {
     let ours = turned(&state.q, &mut work);
     let theirs = turned(last, &mut work);
     let start = turned(tree.reference(), &mut work);
-    let maximum = |a: &[crate::articulation::spatial::Rotation<f64>]| {
+    let maximum = |a: &[crate::reduced::spatial::Rotation<f64>]| {
         let angles = a.iter().zip(&theirs).map(|(a, b)| a.times(b.inverse()).vector().length());
         angles.fold(0.0, f64::max)
     };

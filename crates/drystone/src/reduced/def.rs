@@ -2,8 +2,14 @@
 
 use core::fmt::{Display, Formatter};
 
+#[cfg(feature = "serde")]
+use serde::{Deserialize, Serialize};
+
+use crate::state::def::DefError;
+
 /// The kind of a joint, with the coordinates that it adds to `q` and `v`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum TreeJointKind {
     /// Rotation about an axis: an angle \[rad\]; one number in `q`, one in `v`.
     Hinge,
@@ -21,6 +27,7 @@ pub enum TreeJointKind {
 /// A joint of a link. A link may have several: they act in their order, as if massless links were
 /// between them. Three hinges on one link are three exact angles.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TreeJoint {
     /// Kind of the joint.
     pub kind: TreeJointKind,
@@ -135,6 +142,7 @@ impl TreeJoint {
 
 /// A link: a rigid body and the joints that connect it to its parent.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct LinkDef {
     /// Index of the parent, which comes before this link; `None` for the first link, whose parent
     /// is the world.
@@ -209,6 +217,7 @@ impl LinkDef {
 
 /// Stiffness of a constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum RowSoftness {
     /// It holds exactly, as far as the sweeps converge.
     Rigid,
@@ -224,6 +233,7 @@ pub enum RowSoftness {
 /// A joint that follows another: its coordinate, less its reference, is a polynomial of the
 /// leader's, less the leader's reference.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TreeCoupling {
     /// Link and index of the joint that follows: a hinge or slide.
     pub follower: (usize, usize),
@@ -238,6 +248,7 @@ pub struct TreeCoupling {
 /// A tendon over joints: its length is a weighted sum of coordinates. By default it has no term and
 /// no force.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TreeTendon {
     /// Link and index of hinges and slides, with their weights.
     pub terms: Vec<((usize, usize), f64)>,
@@ -255,6 +266,7 @@ pub struct TreeTendon {
 
 /// A closure of a loop: a point, or a whole frame, of two links stays together.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TreeLoop {
     /// First link.
     pub link_a: usize,
@@ -293,6 +305,7 @@ impl TreeLoop {
 
 /// A tree of links, and what else its joints obey.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TreeDef {
     /// Links; parents come before their children. Only the first has no parent.
     pub links: Vec<LinkDef>,
@@ -316,6 +329,11 @@ pub struct TreeError {
 impl TreeError {
     pub(super) fn new(place: impl Display, value: impl Display, allowed: &str) -> Self {
         Self { place: place.to_string(), value: value.to_string(), allowed: allowed.to_owned() }
+    }
+
+    /// The same error as one of a definition, for a field inside `outer`.
+    pub(crate) fn into_def_error(self, outer: &str) -> DefError {
+        DefError::new(&self.place, self.value, &self.allowed).within(outer)
     }
 
     /// The field with its link, such as `links[2].mass`.

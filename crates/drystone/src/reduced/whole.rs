@@ -12,12 +12,12 @@ use super::work::TreeWork;
 /// All results belong to the present state.
 #[derive(Clone, Debug)]
 pub struct Articulation {
-    tree: Tree<f64>,
-    work: TreeWork<f64>,
-    state: TreeState<f64>,
-    tau: Vec<f64>,
-    config: TreeStepConfig,
-    recovered: f64,
+    pub(crate) tree: Tree<f64>,
+    pub(crate) work: TreeWork<f64>,
+    pub(crate) state: TreeState<f64>,
+    pub(crate) tau: Vec<f64>,
+    pub(crate) config: TreeStepConfig,
+    pub(crate) recovered: f64,
 }
 
 impl Articulation {
@@ -37,8 +37,30 @@ impl Articulation {
         Ok(new)
     }
 
+    /// Takes a saved state, bit by bit.
+    ///
+    /// # Errors
+    /// A wrong number of values, or one out of range.
+    #[cfg(feature = "serde")]
+    pub(crate) fn restore(
+        &mut self,
+        q: Vec<f64>,
+        v: Vec<f64>,
+        tau: Vec<f64>,
+        config: TreeStepConfig,
+        recovered: f64,
+    ) -> Result<(), TreeError> {
+        self.tree.check_state(&q, &v)?;
+        self.rates("tau", &tau)?;
+        finite("recovered", &[recovered])?;
+        (self.state.q, self.state.v, self.tau) = (q, v, tau);
+        (self.config, self.recovered) = (config, recovered);
+        self.update();
+        Ok(())
+    }
+
     /// Places links and velocities at the state.
-    fn update(&mut self) {
+    pub(crate) fn update(&mut self) {
         self.tree.place(&self.state.q, &mut self.work);
         self.tree.move_links(&self.state.v, &mut self.work);
     }

@@ -1,11 +1,11 @@
 //! A tree in a lane has the bits of the tree alone, and bits repeat.
 
-use crate::articulation::TreeStepConfig;
-use crate::articulation::number::{Lanes, Number};
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::work::TreeWork;
 use crate::base::random::Random;
+use crate::reduced::TreeStepConfig;
+use crate::reduced::number::{Lanes, Number};
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::work::TreeWork;
 
 use super::trees::{BARE, GRAVITY, Kind, between, random_tree};
 

@@ -1,12 +1,12 @@
 //! Identities between the algorithms, on random trees.
 
-use crate::articulation::TreeStepConfig;
-use crate::articulation::bodies::ArticulatedWork;
-use crate::articulation::spatial::{Spatial, Vector};
-use crate::articulation::step::TreeState;
-use crate::articulation::tree::Tree;
-use crate::articulation::work::TreeWork;
 use crate::base::random::Random;
+use crate::reduced::TreeStepConfig;
+use crate::reduced::bodies::ArticulatedWork;
+use crate::reduced::spatial::{Spatial, Vector};
+use crate::reduced::step::TreeState;
+use crate::reduced::tree::Tree;
+use crate::reduced::work::TreeWork;
 
 use super::trees::{BARE, GRAVITY, Kind, between, random_tree, vector};
 

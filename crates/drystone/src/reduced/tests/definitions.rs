@@ -1,7 +1,7 @@
 //! Definitions and states that are refused, by name.
 
-use crate::articulation::tree::Tree;
-use crate::articulation::{
+use crate::reduced::tree::Tree;
+use crate::reduced::{
     LinkDef, RowSoftness, TreeCoupling, TreeDef, TreeJoint, TreeLoop, TreeTendon,
 };
 

@@ -1,0 +1,490 @@
+//! The part that articulations take in the passes of a group.
+
+use super::group::{LinkIn, TreeGroup, TreeIn, inverse, times};
+use crate::base::limits;
+use crate::base::math::{Vec3, vec3};
+use crate::base::quat::Quat;
+use crate::reduced::linked::{LinkMotion, turn_between};
+use crate::state::articulations::ArticulationRow;
+use crate::state::bodies::body::Body;
+use crate::state::joints::JointModel;
+use crate::step::context::softness::Softness;
+use crate::step::solver::body::state::BodyState;
+use crate::step::solver::contact::sweep::{self, ContactSweep};
+use crate::step::solver::lent::Solver;
+
+impl Solver<'_> {
+    /// Lists the trees of a group with their links and contacts, and takes what changed the
+    /// velocities of links since the last step as impulses.
+    pub(in crate::step::solver) fn begin_articulations(&self, number: usize) {
+        let group = &self.plan.groups[number];
+        if group.articulations.is_empty() {
+            return;
+        }
+        let trees = self.articulation.groups.row(number);
+        trees.trees.clear();
+        trees.links.clear();
+        let mut first = 0;
+        for (_, row) in &self.plan.articulations[group.articulations.clone()] {
+            let Some(articulation) = self.articulation.table.row(*row as usize) else { continue };
+            let model = &mut articulation.model;
+            model.tree.set_gravity(self.ctx.gravity.to_array().map(f64::from));
+            let count = model.tree.v_count();
+            let index = u32::try_from(trees.trees.len()).expect("fewer than 2^32 trees");
+            let old = model.state.q.clone();
+            trees.row.resize(trees.row.len().max(count), 0.0);
+            self.take_changes(articulation, &mut trees.row);
+            let is_touched = self.list_links(articulation, index, trees);
+            let tree = TreeIn { row: *row, first, count, is_touched, before: None, q: old };
+            trees.trees.push(tree);
+            first += count;
+        }
+        trees.links.sort_unstable_by_key(|link| link.solver_row);
+        for list in [&mut trees.y, &mut trees.y_start, &mut trees.outside, &mut trees.dense] {
+            list.clear();
+            list.resize(first, 0.0);
+        }
+        self.list_link_contacts(group, trees);
+        self.warm_start_partners(trees);
+    }
+
+    /// Lists the moving links of a tree; true if other rows than those of contacts may act on one.
+    fn list_links(
+        &self,
+        articulation: &mut ArticulationRow,
+        tree: u32,
+        trees: &mut TreeGroup,
+    ) -> bool {
+        let ArticulationRow { model, bodies, .. } = articulation;
+        let mut is_touched = false;
+        for (link, body) in (0_u32..).zip(&*bodies) {
+            let solver_row = self.body.solver_row_of[*body as usize];
+            if solver_row == 0 || !model.tree.moves(link as usize) {
+                continue;
+            }
+            let whitening = self.body.whitening.read(solver_row as usize);
+            let s = whitening.s();
+            let wide = [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz].map(f64::from);
+            let of = self.bodies.at(*body);
+            is_touched |= of.record.dragged || self.has_joints(of);
+            trees.links.push(LinkIn {
+                solver_row,
+                tree,
+                link,
+                start: model.tree.link_motion(link as usize, &model.work),
+                inv_alpha: 1.0 / f64::from(whitening.alpha()),
+                s_inverse: inverse(&wide),
+                written: [[0.0; 4]; 2],
+            });
+        }
+        is_touched
+    }
+
+    /// True if a joint acts on the body besides those of its articulation.
+    fn has_joints(&self, body: &Body) -> bool {
+        body.ties.joints.iter().any(|row| {
+            let joint = self.joint_slots.read(*row as usize);
+            joint.as_ref().is_some_and(|joint| !matches!(joint.model, JointModel::Link))
+        })
+    }
+
+    /// Takes changes of the velocities of links, by calls or particles, as impulses on the tree. A
+    /// tree whose links were all stopped, as by sleep, stops.
+    fn take_changes(&self, articulation: &mut ArticulationRow, impulse: &mut [f64]) {
+        let ArticulationRow { model, bodies, .. } = articulation;
+        model.update();
+        let moving = |link: usize| model.tree.moves(link);
+        let links = bodies.iter().enumerate().filter(|(link, _)| moving(*link));
+        let stopped = |body: &Body| body.v == Vec3::ZERO && body.w == Vec3::ZERO;
+        if links.clone().all(|(_, body)| stopped(self.bodies.at(*body))) {
+            model.state.v.fill(0.0);
+            model.update();
+            return;
+        }
+        let mut changed = false;
+        let impulse = &mut impulse[..model.tree.v_count()];
+        for (link, body) in links {
+            let motion = model.tree.link_motion(link, &model.work);
+            let (v, w) = (vector(motion.v), vector(motion.w));
+            let body = self.bodies.at(*body);
+            if body.v == v && body.w == w {
+                continue;
+            }
+            changed = true;
+            let push = (body.v - v) * body.inertia.mass;
+            let turn = (body.rotation * body.inertia.principal).unrotate(body.w - w);
+            let m = body.inertia.moments;
+            let turn = vec3(turn.x * m.x, turn.y * m.y, turn.z * m.z);
+            let turn = (body.rotation * body.inertia.principal).rotate(turn);
+            let wrench = (wide(push), wide(turn));
+            model.tree.add_at_center(link, wrench, &model.work, impulse);
+        }
+        if changed {
+            model.tree.push(&mut model.state.v, impulse, &mut model.work);
+            impulse.fill(0.0);
+            model.update();
+        }
+    }
+
+    /// Generalized forces of a tree: those of its joints, and the forces on its links.
+    fn gather_forces(&self, articulation: &ArticulationRow, tau: &mut [f64]) {
+        let ArticulationRow { model, bodies, .. } = articulation;
+        tau.copy_from_slice(&model.tau);
+        for (link, body) in bodies.iter().enumerate() {
+            let body = self.bodies.at(*body);
+            let (forces, mass) = (&body.forces, body.inertia.mass);
+            let lighter = self.ctx.gravity * ((forces.gravity_scale - 1.0) * mass);
+            let slowed = body.v * (-mass * forces.linear_damping);
+            let force = forces.force + forces.step_force + lighter + slowed;
+            let m = body.inertia.moments * -forces.angular_damping;
+            let turn = (body.rotation * body.inertia.principal).unrotate(body.w);
+            let turn = vec3(turn.x * m.x, turn.y * m.y, turn.z * m.z);
+            let slowed = (body.rotation * body.inertia.principal).rotate(turn);
+            let torque = forces.torque + forces.step_torque + slowed;
+            if force != Vec3::ZERO || torque != Vec3::ZERO {
+                let wrench = (wide(force), wide(torque));
+                model.tree.add_at_center(link, wrench, &model.work, tau);
+            }
+        }
+    }
+
+    /// Applies the impulses of the last step to the bodies that links touch. Later substeps carry
+    /// them on.
+    fn warm_start_partners(&self, trees: &TreeGroup) {
+        for contact in &trees.contacts {
+            let block = self.contact.blocks.read(contact.block);
+            for (end, row) in contact.bodies.iter().enumerate().filter(|(_, row)| **row != 0) {
+                for k in 0..contact.count + 3 {
+                    let jacobian = super::rows::Jacobian::of(block, contact.lane, k, contact.count);
+                    let impulse = impulse_of(block, contact.lane, k, contact.count);
+                    jacobian.push(end, impulse, self.body.solver_bodies.row(*row as usize));
+                }
+            }
+        }
+    }
+
+    /// Begins a substep of the trees of a group: half of their motion, free velocities, rows of
+    /// contacts, warm start.
+    pub(in crate::step::solver) fn move_articulations(&self, number: usize) {
+        if self.plan.groups[number].articulations.is_empty() {
+            return;
+        }
+        let trees = self.articulation.groups.row(number);
+        let h = f64::from(self.ctx.h);
+        for index in 0..trees.trees.len() {
+            let TreeIn { row, first, count, is_touched, .. } = trees.trees[index];
+            let Some(articulation) = self.articulation.table.row(row as usize) else { continue };
+            articulation.model.update();
+            trees.tau.resize(trees.y.len(), 0.0);
+            let tau = &mut trees.tau[first..first + count];
+            self.gather_forces(articulation, tau);
+            if !is_touched {
+                continue;
+            }
+            let model = &mut articulation.model;
+            let before = model.tree.begin(&mut model.state, tau, h, &model.config, &mut model.work);
+            trees.trees[index].before = Some(before);
+            model.tree.whiten_end(&model.work, &mut trees.y[first..first + count]);
+            model.tree.whiten_start(&model.work, &mut trees.y_start[first..first + count]);
+        }
+        trees.outside.fill(0.0);
+        self.show_links(trees, false);
+        self.build_link_rows(trees);
+        self.find_bounces(trees);
+        for index in 0..trees.contacts.len() {
+            let contact = trees.contacts[index];
+            let block = self.contact.blocks.read(contact.block);
+            for k in 0..contact.count + 3 {
+                let row = trees.rows[contact.first + k];
+                let impulse = impulse_of(block, contact.lane, k, contact.count);
+                TreeGroup::push(&trees.sparse, &row, impulse, &mut trees.y);
+            }
+        }
+        self.show_links(trees, true);
+    }
+
+    /// Solves the trees of a group: own rows and contacts, over whitened velocities.
+    pub(in crate::step::solver) fn solve_articulations(&self, number: usize, substep: u32) {
+        if self.plan.groups[number].articulations.is_empty() {
+            return;
+        }
+        let ctx = self.ctx;
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let elapsed = substep as f32 * ctx.h;
+        let sweep = |softness| link_sweep(ctx.inv_h, softness, (false, ctx.push_speed), elapsed);
+        let trees = self.articulation.groups.row(number);
+        self.read_back(trees);
+        self.sweep_all(trees, &[sweep(ctx.soft), sweep(ctx.soft_fixed)]);
+        self.sum_link_blocks(number, 1.0);
+        self.show_links(trees, true);
+    }
+
+    /// Sweeps own rows and contacts in turn.
+    fn sweep_all(&self, trees: &mut TreeGroup, sweeps: &[ContactSweep; 2]) {
+        let touched = || trees.trees.iter().filter(|tree| tree.is_touched);
+        let rounds = touched().filter_map(|tree| {
+            let row = self.articulation.table.read(tree.row as usize).as_ref()?;
+            Some(row.model.config.sweeps.clamp(1, 1000))
+        });
+        for _ in 0..rounds.max().unwrap_or(0) {
+            for tree in trees.trees.iter().filter(|tree| tree.is_touched) {
+                if let Some(row) = self.articulation.table.row(tree.row as usize) {
+                    let y = &mut trees.y[tree.first..tree.first + tree.count];
+                    row.model.tree.sweep_own(&mut row.model.work, y);
+                }
+            }
+            self.sweep_links(trees, sweeps);
+        }
+    }
+
+    /// Adds the impulses of the blocks of links to the sums of their contacts, `times` 1 or -1.
+    fn sum_link_blocks(&self, number: usize, sign: f32) {
+        for i in self.link_blocks(&self.plan.groups[number]) {
+            if let Some(tally) = self.tally(i) {
+                let block = self.contact.blocks.read(i);
+                tally.add(block, sign);
+                if sign > 0.0 && self.sum_requests.any() {
+                    self.contact.peaks.row(i).note(block);
+                }
+            }
+        }
+    }
+
+    /// Ends a substep of the trees of a group: the other half of their motion.
+    pub(in crate::step::solver) fn advance_articulations(&self, number: usize) {
+        if self.plan.groups[number].articulations.is_empty() {
+            return;
+        }
+        let trees = self.articulation.groups.row(number);
+        self.sum_contacts(trees);
+        self.end_bounces(trees);
+        let h = f64::from(self.ctx.h);
+        for index in 0..trees.trees.len() {
+            let TreeIn { row, first, count, is_touched, before, .. } = trees.trees[index];
+            let Some(articulation) = self.articulation.table.row(row as usize) else { continue };
+            let model = &mut articulation.model;
+            let tau = &trees.tau[first..first + count];
+            let done = if let (true, Some(before)) = (is_touched, &before) {
+                model.tree.color_end(&mut model.work, &trees.y[first..first + count]);
+                model.work.has_contacts = true;
+                let sums = &trees.outside[first..first + count];
+                model.work.contact_impulse.copy_from_slice(sums);
+                let (state, config, work) = (&mut model.state, &model.config, &mut model.work);
+                let done = model.tree.end(state, tau, h, config, work, before);
+                model.work.has_contacts = false;
+                done
+            } else {
+                let (state, config, work) = (&mut model.state, &model.config, &mut model.work);
+                model.tree.step(state, tau, h, config, work).recovery_work
+            };
+            model.recovered += done;
+            model.update();
+        }
+        self.show_links(trees, false);
+    }
+
+    /// Adds the impulses of contacts to those from outside.
+    fn sum_contacts(&self, trees: &mut TreeGroup) {
+        for contact in &trees.contacts {
+            let block = self.contact.blocks.read(contact.block);
+            for k in 0..contact.count + 3 {
+                let row = trees.rows[contact.first + k];
+                let impulse = impulse_of(block, contact.lane, k, contact.count);
+                TreeGroup::push(&trees.sparse, &row, impulse, &mut trees.outside);
+            }
+        }
+    }
+
+    /// Takes the velocity with which links left overlaps, by rigid rows.
+    pub(in crate::step::solver) fn relax_articulations(&self, number: usize, substep: u32) {
+        if self.plan.groups[number].articulations.is_empty() {
+            return;
+        }
+        let trees = self.articulation.groups.row(number);
+        if trees.contacts.is_empty() {
+            return;
+        }
+        let ctx = self.ctx;
+        let h = f64::from(ctx.h);
+        for tree in trees.trees.iter().filter(|tree| tree.is_touched) {
+            let Some(row) = self.articulation.table.row(tree.row as usize) else { continue };
+            let model = &mut row.model;
+            model.tree.begin_relaxing(&model.state.q, &model.state.v, h, &mut model.work);
+            let y = &mut trees.y[tree.first..tree.first + tree.count];
+            model.tree.whiten_end(&model.work, y);
+        }
+        self.show_links(trees, true);
+        self.build_link_rows(trees);
+        trees.contacts.iter_mut().for_each(|contact| contact.bounce = [0.0; 4]);
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let moved = substep.min(ctx.substeps) as f32 * ctx.h;
+        let rigid = link_sweep(ctx.inv_h, Softness::RIGID, (true, ctx.push_speed), moved);
+        self.sum_link_blocks(number, -1.0);
+        self.sweep_all(trees, &[rigid, rigid]);
+        self.sum_link_blocks(number, 1.0);
+        for tree in trees.trees.iter().filter(|tree| tree.is_touched) {
+            let Some(row) = self.articulation.table.row(tree.row as usize) else { continue };
+            let model = &mut row.model;
+            let y = &trees.y[tree.first..tree.first + tree.count];
+            model.tree.color_end(&mut model.work, y);
+            model.state.v.copy_from_slice(model.work.end_velocities());
+            model.update();
+        }
+        self.show_links(trees, false);
+    }
+
+    /// Stores the state of each link at the step's end.
+    pub(in crate::step::solver) fn end_articulations(&self, number: usize) {
+        if self.plan.groups[number].articulations.is_empty() {
+            return;
+        }
+        let trees = self.articulation.groups.row(number);
+        for (index, tree) in trees.trees.iter_mut().enumerate() {
+            let Some(row) = self.articulation.table.row(tree.row as usize) else { continue };
+            let model = &mut row.model;
+            model.update();
+            let links = trees.links.iter().filter(|link| link.tree as usize == index);
+            let motion = |link: &LinkIn| model.tree.link_motion(link.link as usize, &model.work);
+            let is_kept = model.tree.check_state(&model.state.q, &model.state.v).is_ok()
+                && links.clone().all(|link| is_kept(&motion(link)));
+            for link in links {
+                let end = if is_kept { state_of(&motion(link)) } else { lost() };
+                self.put_end(link.solver_row as usize, end);
+            }
+            if !is_kept {
+                // The bodies return to their places, and so does the tree.
+                model.state.q.copy_from_slice(&tree.q);
+                model.state.v.fill(0.0);
+                model.update();
+            }
+        }
+    }
+
+    /// Writes the motion of touched trees to the solver bodies of their links. `ahead`: with the
+    /// whitened velocities of the group, else with the velocities of the state.
+    fn show_links(&self, trees: &mut TreeGroup, ahead: bool) {
+        if ahead {
+            for tree in trees.trees.iter().filter(|tree| tree.is_touched) {
+                if let Some(row) = self.articulation.table.row(tree.row as usize) {
+                    let y = &trees.y[tree.first..tree.first + tree.count];
+                    row.model.tree.color_end(&mut row.model.work, y);
+                }
+            }
+        }
+        let TreeGroup { trees, links, .. } = trees;
+        for link in links {
+            let tree = &trees[link.tree as usize];
+            let Some(row) = self.articulation.table.read(tree.row as usize) else { continue };
+            if !tree.is_touched {
+                continue;
+            }
+            let motion = row.model.tree.link_motion(link.link as usize, &row.model.work);
+            let body = self.body.solver_bodies.row(link.solver_row as usize);
+            body.v = four(motion.v.map(|x| x * link.inv_alpha));
+            body.w = four(times(&link.s_inverse, motion.w));
+            let moved = core::array::from_fn(|i| motion.center[i] - link.start.center[i]);
+            let turned = turn_between(link.start.rotation, motion.rotation);
+            body.x = four(moved.map(|x: f64| x * link.inv_alpha));
+            body.t = four(times(&link.s_inverse, turned));
+            link.written = [body.v, body.w];
+        }
+    }
+
+    /// Takes what other rows changed in the solver bodies of links as impulses on their trees.
+    fn read_back(&self, trees: &mut TreeGroup) {
+        for index in 0..trees.links.len() {
+            let link = &trees.links[index];
+            let body = self.body.solver_bodies.read(link.solver_row as usize);
+            if !trees.trees[link.tree as usize].is_touched || link.written == [body.v, body.w] {
+                continue;
+            }
+            let change = |now: [f32; 4], then: [f32; 4]| -> [f64; 3] {
+                core::array::from_fn(|i| f64::from(now[i]) - f64::from(then[i]))
+            };
+            let [v, w] = link.written;
+            let push = change(body.v, v).map(|x| x * link.inv_alpha);
+            let turn = times(&link.s_inverse, change(body.w, w));
+            let tree = &trees.trees[link.tree as usize];
+            let Some(row) = self.articulation.table.read(tree.row as usize) else { continue };
+            let numbers = &mut trees.row[..tree.count];
+            let (model, wrench) = (&row.model, (push, turn));
+            model.tree.add_at_center(link.link as usize, wrench, &model.work, numbers);
+            trees.sparse.clear();
+            model.tree.take_row(&model.work, numbers, tree.first, &mut trees.sparse);
+            for (dof, change) in trees.sparse.dofs.iter().zip(&trees.sparse.numbers) {
+                trees.y[*dof as usize] += change;
+                trees.outside[*dof as usize] += change;
+            }
+        }
+    }
+}
+
+/// Impulse of row `k` of a lane: of a point, or of the tangents and the twist after these.
+fn impulse_of(
+    block: &crate::step::solver::contact::block::ContactBlock,
+    lane: usize,
+    k: usize,
+    count: usize,
+) -> f64 {
+    f64::from(if k < count {
+        block.points[k].impulse[lane]
+    } else {
+        block.friction[k - count][lane]
+    })
+}
+
+fn link_sweep(
+    inv_h: f32,
+    softness: Softness,
+    (relaxes, cap): (bool, f32),
+    elapsed: f32,
+) -> ContactSweep {
+    ContactSweep { inv_h, softness, relaxes, cap, hit: sweep::HIT_SPEED, inner: 1, elapsed }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "bodies have this precision")]
+fn vector(v: [f64; 3]) -> Vec3 {
+    vec3(v[0] as f32, v[1] as f32, v[2] as f32)
+}
+
+fn wide(v: Vec3) -> [f64; 3] {
+    v.to_array().map(f64::from)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "solver bodies have this precision")]
+fn four(v: [f64; 3]) -> [f32; 4] {
+    [v[0] as f32, v[1] as f32, v[2] as f32, 0.0]
+}
+
+/// True if a body may have this motion.
+fn is_kept(motion: &LinkMotion) -> bool {
+    let below = |v: [f64; 3], maximum: f32| v.iter().all(|x| x.abs() < f64::from(maximum));
+    let fast = limits::SPEED_KEPT.maximum;
+    below(motion.center, limits::POSITION_KEPT.maximum)
+        && below(motion.v, fast)
+        && below(motion.w, fast)
+}
+
+pub(crate) fn state_of(motion: &LinkMotion) -> BodyState {
+    #[expect(clippy::cast_possible_truncation, reason = "bodies have this precision")]
+    let [w, x, y, z] = motion.rotation.map(|part| part as f32);
+    BodyState {
+        center: vector(motion.center),
+        rotation: Quat::new(x, y, z, w),
+        v: vector(motion.v),
+        w: vector(motion.w),
+        w_low: Vec3::ZERO,
+    }
+}
+
+/// A state that finalize refuses.
+fn lost() -> BodyState {
+    let nothing = vec3(f32::NAN, f32::NAN, f32::NAN);
+    BodyState {
+        center: nothing,
+        rotation: Quat::IDENTITY,
+        v: nothing,
+        w: nothing,
+        w_low: Vec3::ZERO,
+    }
+}
