@@ -35,6 +35,11 @@ pub mod materials {}
 #[doc = include_str!("../manual/joints.md")]
 pub mod joints {}
 
+/// Robots, cranes and chains in reduced coordinates.
+#[doc = include_str!("../manual/links.txt")]
+#[doc = include_str!("../manual/articulations.md")]
+pub mod articulations {}
+
 /// Ropes, cloths, dust.
 #[doc = include_str!("../manual/links.txt")]
 #[doc = include_str!("../manual/particles.md")]

@@ -11,7 +11,7 @@ use crate::reduced::linked::LinkMotion;
 use crate::reduced::{Articulation, LinkDef, TreeDef, TreeError, TreeStepConfig};
 use crate::state::articulations::ArticulationRow;
 use crate::state::colors::Place;
-use crate::state::def::{BodyDef, BodyKind, DefError, MassDef, ShapeDef};
+use crate::state::def::{AxisLocks, BodyDef, BodyKind, DefError, MassDef, ShapeDef};
 use crate::state::joints::{Joint, JointModel, Switch};
 use crate::state::tables::Tables;
 
@@ -219,13 +219,7 @@ impl World {
     /// The first field that is out of range, a shape on a link that does not exist, or a method of
     /// [`crate::method`] that solves no articulations. Then nothing is added.
     pub fn add_articulation(&mut self, def: ArticulationDef) -> Result<ArticulationId, DefError> {
-        if self.tables.config.method.is_classic() {
-            return Err(DefError::unsuitable(
-                "articulation",
-                "an articulation in a world with a classic method",
-                "in a world with a default method",
-            ));
-        }
+        self.check_method()?;
         let gravity = self.tables.config.gravity.to_array().map(f64::from);
         let refused = |e: TreeError| e.into_def_error("tree");
         let mut model = Articulation::new(&def.tree, gravity).map_err(refused)?;
@@ -259,6 +253,70 @@ impl World {
             }
         }
         Ok(self.insert_articulation(def.tree, model, &ids))
+    }
+
+    /// Makes bodies of this world the links of an articulation, in the order of the links. They
+    /// keep their shapes and materials. Their masses become those of the tree, and their poses and
+    /// velocities follow from its coordinates at the references. Joints that hold them should be
+    /// removed before.
+    ///
+    /// # Errors
+    /// The first field that is out of range; a body that does not exist, stands twice, is a link
+    /// already, or is not dynamic (of a link that nothing moves: not static); another number of
+    /// bodies than of links; a classic method. Then nothing is changed.
+    pub fn articulate(
+        &mut self,
+        tree: TreeDef,
+        bodies: &[BodyId],
+    ) -> Result<ArticulationId, DefError> {
+        self.check_method()?;
+        let gravity = self.tables.config.gravity.to_array().map(f64::from);
+        let model = Articulation::new(&tree, gravity).map_err(|e| e.into_def_error("tree"))?;
+        if bodies.len() != model.link_count() {
+            let allowed = format!("{} bodies, one for each link", model.link_count());
+            return Err(DefError::new("bodies", format!("{} bodies", bodies.len()), &allowed));
+        }
+        let masses = link_bodies(&tree, &model);
+        for (link, (id, def)) in bodies.iter().zip(&masses).enumerate() {
+            let field = format!("bodies[{link}]");
+            let Some(row) = self.tables.bodies.rows.row(*id) else {
+                let value = format_args!("BodyId {}", id.index());
+                return Err(DefError::missing(&field, value, "a body of this world"));
+            };
+            let body = self.tables.bodies.at(row);
+            let suits = body.kind == def.kind && !body.record.is_link && !body.out;
+            if !suits || bodies[..link].contains(id) {
+                let allowed = match def.kind {
+                    BodyKind::Dynamic => "a dynamic body, enabled and in no other articulation",
+                    _ => "a static body, because nothing moves its link",
+                };
+                return Err(DefError::unsuitable(&field, format_args!("{:?}", body.kind), allowed));
+            }
+            def.mass.validate().map_err(|e| e.within(&format!("tree.links[{link}]")))?;
+        }
+        for (id, def) in bodies.iter().zip(masses) {
+            let Some(mut body) = self.body_mut(*id) else { continue };
+            if def.kind == BodyKind::Dynamic {
+                let still = Vec3::ZERO;
+                body.set_velocities(still, still);
+                body.set_locks(AxisLocks::default());
+                body.set_mass(def.mass)?;
+            }
+        }
+        Ok(self.insert_articulation(tree, model, bodies))
+    }
+
+    /// # Errors
+    /// The method solves no articulations.
+    fn check_method(&self) -> Result<(), DefError> {
+        if self.tables.config.method.is_classic() {
+            return Err(DefError::unsuitable(
+                "articulation",
+                "an articulation in a world with a classic method",
+                "in a world with a default method",
+            ));
+        }
+        Ok(())
     }
 
     fn insert_articulation(
@@ -341,6 +399,18 @@ impl World {
             self.remove_body(body);
         }
         true
+    }
+
+    /// Clears the velocities of articulations that fell asleep.
+    pub(super) fn stop_sleeping_articulations(&mut self) {
+        let Tables { articulations, bodies, .. } = &mut self.tables;
+        for row in articulations.rows.values_mut().iter_mut().flatten() {
+            let sleeps = row.bodies.iter().any(|body| bodies.at(*body).sleeps());
+            if sleeps && row.model.state.v.iter().any(|v| *v != 0.0) {
+                row.model.state.v.fill(0.0);
+                row.model.update();
+            }
+        }
     }
 
     /// Rows of the bodies of an articulation.

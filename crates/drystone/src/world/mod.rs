@@ -192,6 +192,13 @@ impl World {
     /// The first field that is out of range; then nothing is changed.
     pub fn set_config(&mut self, config: WorldConfig) -> Result<(), DefError> {
         config.validate()?;
+        if config.method.is_classic() && !self.tables.articulations.rows.is_empty() {
+            return Err(DefError::unsuitable(
+                "method",
+                "a classic method, for a world with articulations",
+                "a default method",
+            ));
+        }
         let old = &self.tables.config;
         let wake = config.gravity != old.gravity || config.method.freezes() != old.method.freezes();
         let has_length = config.length_scale.to_bits() == old.length_scale.to_bits();
@@ -337,6 +344,7 @@ impl World {
         step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, hooks, after);
         self.tell_begun(begun);
         self.take_out_faulted();
+        self.stop_sleeping_articulations();
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;
         self.last_h = ctx.h;

@@ -409,9 +409,9 @@ impl Solver<'_> {
             let numbers = &mut trees.row[..tree.count];
             let (model, wrench) = (&row.model, (push, turn));
             model.tree.add_at_center(link.link as usize, wrench, &model.work, numbers);
-            trees.sparse.clear();
-            model.tree.take_row(&model.work, numbers, tree.first, &mut trees.sparse);
-            for (dof, change) in trees.sparse.dofs.iter().zip(&trees.sparse.numbers) {
+            trees.once.clear();
+            model.tree.take_row(&model.work, numbers, tree.first, &mut trees.once);
+            for (dof, change) in trees.once.dofs.iter().zip(&trees.once.numbers) {
                 trees.y[*dof as usize] += change;
                 trees.outside[*dof as usize] += change;
             }

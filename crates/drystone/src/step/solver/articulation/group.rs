@@ -80,6 +80,8 @@ pub(crate) struct TreeGroup {
     pub(super) contacts: Vec<LinkContact>,
     pub(super) rows: Vec<LinkRow>,
     pub(super) sparse: SparseRows,
+    /// An impulse from outside.
+    pub(super) once: SparseRows,
     /// Whitened velocities of all trees, at the end of the substep and at its start.
     pub(super) y: Vec<f64>,
     pub(super) y_start: Vec<f64>,

@@ -14,6 +14,16 @@ use crate::step::solver_body::SolverBody;
 /// may be unable to move along some of them.
 const MIN_TANGENT: f64 = 1.0e-6;
 
+/// Part of the response of free links below which a row's response is rounding: the links cannot
+/// move along it.
+const FREE_PART: f64 = 1.0e-9;
+
+/// Response of a row if its links were free.
+fn free_response(contact: &LinkContact, jacobian: &Jacobian) -> f64 {
+    let ends = (0..2).filter(|end| contact.bodies[*end] != 0 || contact.links[*end] != NO_LINK);
+    ends.map(|end| jacobian.response(jacobian, end)).sum()
+}
+
 /// A row of a contact: its direction, and the rows of both bodies times their S.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Jacobian {
@@ -173,7 +183,8 @@ impl Solver<'_> {
         let end = trees.sparse.numbers.len();
         let own = trees.sparse.numbers[begin..end].iter().map(|x| x * x).sum::<f64>();
         let square = own + self.body_response(contact, jacobian, jacobian);
-        let mass = if square > 0.0 { 1.0 / square } else { 0.0 };
+        let mass =
+            if square > FREE_PART * free_response(contact, jacobian) { 1.0 / square } else { 0.0 };
         LinkRow { begin, end, mass }
     }
 
@@ -220,7 +231,8 @@ impl Solver<'_> {
                 + self.body_response(contact, &jacobians[i], &jacobians[j]);
         }
         let trace = k[0] + k[2] + k[5];
-        if !(trace > 0.0) {
+        let free: f64 = jacobians.iter().map(|j| free_response(contact, j)).sum();
+        if !(trace > FREE_PART * free) {
             (contact.mass_t, contact.mass_slide) = ([0.0; 6], 0.0);
             return;
         }
