@@ -187,12 +187,30 @@ fn a_massless_link_at_the_end_is_held_fast_and_named() {
         assert!(has(&scene.left_out, "joint tip_joint: 'tip' and what hangs on it have no mass"));
         let frame = scene.frames.iter().find(|f| f.name == "tip").unwrap();
         assert!((frame.pose.position - vec3(0.0, 0.0, 1.0)).length() < 1.0e-6);
-        // What follows it cannot.
+        // It follows nothing, then.
         let mimic = inside.replace("</joint>", "<mimic joint=\"tip_joint\"/></joint>");
-        let mimic =
-            mimic.replacen("<mimic joint=\"tip_joint\"/>", "<mimic joint=\"tip_joint\"/>", 1);
         assert!(has(&read(&mimic).unwrap().left_out, "its mimic is left out"));
     }
+}
+
+#[test]
+fn what_follows_a_joint_that_is_held_follows_together() {
+    let mimic = |ratio: f32, offset: f32| {
+        format!("<mimic joint=\"tip_joint\" multiplier=\"{ratio}\" offset=\"{offset}\"/>")
+    };
+    let inside = link("base", 2.0, "")
+        + "<link name=\"tip\"/>"
+        + &joint("continuous", "base", "tip", "")
+        + &link("a", 1.0, "")
+        + &joint("continuous", "base", "a", &mimic(2.0, 0.5))
+        + &link("b", 1.0, "")
+        + &joint("continuous", "base", "b", &mimic(-3.0, 0.25));
+    let scene = read(&inside).unwrap();
+    let [coupling] = scene.couplings[..] else { panic!("{:?}", scene.couplings) };
+    // b = -3 q + 0.25 with q = (a - 0.5) / 2, and all axes are x.
+    assert_eq!([coupling.joint_a, coupling.joint_b], [0, 1]);
+    assert!((coupling.ratio + 1.5).abs() < 1.0e-6 && (coupling.offset - 1.0).abs() < 1.0e-6);
+    assert!(has(&scene.notes, "joint a_joint: for 'tip_joint', which does not move, it leads"));
 }
 
 #[test]
@@ -254,6 +272,8 @@ fn inertias_are_taken_as_given_or_repaired_by_name() {
         "{:?}",
         scene.notes
     );
+    let (_, scene) = moments(r#"ixx="-5.4e-20" iyy="-5.4e-20" izz="1e-4""#);
+    assert!(scene.left_out.is_empty(), "{:?}", scene.left_out);
     // Two digits of a rod along the diagonal of x and y: 0.01, less than rounding below zero.
     let (m, scene) = moments(r#"ixx="0.01" iyy="0.01" izz="0.02" ixy="-0.01005""#);
     assert!(m[0] > 0.0 && has(&scene.notes, "is taken as 0"), "{:?}", scene.notes);
@@ -296,6 +316,7 @@ fn files_that_are_almost_xml_are_read_and_lines_are_kept() {
         format!("\n\n<?xml version=\"1.0\"?>\n<robot name=\"r\">{one}</robot>"),
         format!("<!-- made\nby hand --><?xml version=\"1.0\"?>\n\n<robot name=\"r\">{one}</robot>"),
         format!("<?xml version=\"1.0\"?>\n<!DOCTYPE robot>\n\n<robot name=\"r\">{one}</robot>"),
+        format!("\n\n\n<robot name=\"r\">{one}</robot>\r\n\0"),
         format!("\n\n\n<robot name=\"r\">{one}<drake:thing/><p:q p:r=\"1\"/></robot>"),
     ] {
         let scene = whole(&text).unwrap();
@@ -392,4 +413,34 @@ fn planes_are_grounds_and_nothing_else() {
     assert!((normal - Vec3::Z).length() < 1.0e-6 && (offset + 2.0).abs() < 1.0e-6);
     let moving = read(&arm("", plane)).unwrap();
     assert!(has(&moving.left_out, "arm: a plane that moves is left out"), "{:?}", moving.left_out);
+}
+
+#[test]
+fn placeholder_inertias_of_whole_robots_are_taken_as_given() {
+    let file = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/robots").join(name);
+        urdf::load(&path, &Options::default()).unwrap()
+    };
+    for (name, links) in [("free_flight_star6.urdf", 7), ("free_flight_star8.urdf", 9)] {
+        let scene = file(name);
+        assert_eq!((scene.bodies.len(), scene.joints.len()), (links, links - 1), "{name}");
+        for (i, body) in scene.bodies.iter().enumerate() {
+            let MassDef::Exact { mass, inertia, .. } = body.def.mass else { panic!("{name}") };
+            let expected = if i == 0 { 3.2 } else { 0.25 };
+            assert!((mass - expected).abs() < 1.0e-6, "{name}: {mass}");
+            assert!(
+                (inertia.eigen().0 - Vec3::splat(1.0)).length() < 1.0e-5,
+                "{name}: {inertia:?}"
+            );
+        }
+        assert!(scene.left_out.is_empty(), "{:?}", scene.left_out);
+    }
+    // Four legs of an upper and a lower link, whose feet are fixed to it.
+    let quad = file("quad_restitution_gain.urdf");
+    assert_eq!((quad.bodies.len(), quad.joints.len(), quad.frames.len()), (9, 8, 4));
+    let whole: f32 = quad.bodies.iter().map(|b| mass(&quad, &b.name).0).sum();
+    assert!((whole - (1.43 + 4.0 * (0.148 + 0.0307 + 0.0069))).abs() < 1.0e-5, "{whole}");
+    let shapes = quad.bodies.iter().flat_map(|b| &b.def.shapes);
+    assert!(shapes.clone().count() == 4 && shapes.clone().all(|s| s.material.restitution == 0.5));
+    assert!(quad.left_out.is_empty(), "{:?}", quad.left_out);
 }

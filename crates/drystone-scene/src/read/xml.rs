@@ -23,10 +23,11 @@ pub(crate) fn file(path: &Path) -> Result<String, SceneError> {
 const MAX_PREFIXES: usize = 16;
 
 /// The text, with what the XML readers of robot simulators let pass and the standard does not: an
-/// XML declaration or a DOCTYPE without entities behind the start of the file becomes spaces, and a
-/// prefix that no element declares is declared by the outermost one. Lines keep their numbers.
+/// XML declaration or a DOCTYPE without entities behind the start of the file becomes spaces, a
+/// prefix that no element declares is declared by the outermost one, and zeros at the end, as C
+/// writes them, are no text. Lines keep their numbers.
 pub(crate) fn mended(text: &str) -> Cow<'_, str> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_end_matches('\0');
     let mut out = Cow::Borrowed(text);
     let mut at = 0;
     loop {

@@ -10,7 +10,7 @@ use crate::read::xml::{self, Element};
 
 /// Kinds of joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum JointType {
+enum JointType {
     Fixed,
     Revolute,
     Continuous,
@@ -24,7 +24,6 @@ pub(super) enum JointType {
 /// A joint as the file has it.
 pub(super) struct Joint<'a> {
     pub(super) name: &'a str,
-    pub(super) kind: JointType,
     pub(super) parent: usize,
     pub(super) child: usize,
     /// Where the child is [frame of the parent].
@@ -180,7 +179,7 @@ pub(super) fn joint<'a>(
         mimic = Some((at.need("joint")?, ratio, at.number("offset")?.unwrap_or(0.0)));
     }
     let origin = origin(element)?;
-    Ok(Joint { name, kind, parent, child, origin, hold, note, mimic })
+    Ok(Joint { name, parent, child, origin, hold, note, mimic })
 }
 
 /// A direction; the file may give it any length.

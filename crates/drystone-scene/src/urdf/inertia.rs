@@ -12,6 +12,10 @@ use crate::read::xml::Element;
 /// digits are off by up to half a percent each.
 const ROUNDING: f32 = 0.01;
 
+/// A moment below zero by no more than that of a point a tenth of a micrometer off is a rounded 0
+/// [m²].
+const TINY: f32 = 1.0e-14;
+
 /// A moment may be this part above the sum of the other two, by the same rounding.
 const TRIANGLE: f32 = 1.0 + ROUNDING;
 
@@ -24,7 +28,7 @@ pub(super) fn read(element: &Element<'_>) -> Result<(MassProperties, Option<Stri
     mass.need("value")?;
     let mass = mass.at_least_zero("value")?.unwrap_or(0.0);
     let (mut inertia, mut note) = match element.child("inertia") {
-        Some(inertia) => moments(&inertia)?,
+        Some(inertia) => moments(&inertia, mass)?,
         None => (Sym3::default(), None),
     };
     if mass <= 0.0 && inertia != Sym3::default() {
@@ -43,14 +47,14 @@ pub(super) fn read(element: &Element<'_>) -> Result<(MassProperties, Option<Stri
 }
 
 /// The matrix of an `<inertia>` [frame of the inertial].
-fn moments(element: &Element<'_>) -> Result<(Sym3, Option<String>), SceneError> {
+fn moments(element: &Element<'_>, mass: f32) -> Result<(Sym3, Option<String>), SceneError> {
     let part = |name: &str| Ok::<f32, SceneError>(element.number(name)?.unwrap_or(0.0));
     let mut diagonal = [part("ixx")?, part("iyy")?, part("izz")?];
-    let largest = diagonal.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+    let largest = diagonal.iter().fold(0.0_f32, |most, x| most.max(*x));
     let mut notes: Vec<String> = Vec::new();
     for (moment, name) in diagonal.iter_mut().zip(["ixx", "iyy", "izz"]) {
         if *moment < 0.0 {
-            if *moment < -ROUNDING * largest {
+            if *moment < -(ROUNDING * largest).max(TINY * mass) {
                 return Err(element.wrong(name, "a number of at least 0"));
             }
             notes.push(format!("its {name} of {moment} is taken as 0"));

@@ -179,10 +179,9 @@ fn give_moment(links: &mut [Link<'_>], members: &[usize], head: usize, notes: &m
     let is_massive = |i: usize| matches!(links[i].weight, Weight::Given(m) if m.mass > 0.0);
     let massive: Vec<usize> = members.iter().copied().filter(|&i| is_massive(i)).collect();
     let [only] = massive[..] else { return };
-    let has_files = members.iter().any(|&i| links[i].left_out.is_some());
     let has_shapes = members.iter().any(|&i| mass_of(&links[i].shapes).mass > 0.0);
     let Weight::Given(own) = &mut links[only].weight else { return };
-    if has_files || has_shapes || own.inertia != Sym3::default() {
+    if has_shapes || own.inertia != Sym3::default() {
         return;
     }
     own.inertia = Sym3::diagonal(Vec3::splat(inertia::of_ball(own.mass)));

@@ -77,7 +77,7 @@ pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, 
     let links = reader.tree(&robot, options)?;
     let first = scene.bodies.len();
     let mut assembled = assemble(&links, Anchored::Passes, &mut scene)?;
-    reader.couple(&assembled, &mut scene)?;
+    reader.couple(&assembled, &mut scene);
     let (notes, left_out) = (&mut scene.notes, &mut scene.left_out);
     left_out.extend(reader.notes.iter().filter(|n| n.contains("left out")).cloned());
     notes.append(&mut reader.notes);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use drystone::Pose;
 
-use super::element::{self, Joint, JointType};
+use super::element::{self, Joint};
 use super::{Base, Options, geometry, inertia, massless};
 use crate::error::SceneError;
 use crate::links::{Assembled, Hold, Hulls, Link, Weight};
@@ -16,8 +16,8 @@ use crate::scene::Scene;
 const WORLD: &str = "world";
 
 /// A joint that follows another.
+#[derive(Clone, Copy)]
 struct Mimic<'a> {
-    element: Element<'a>,
     name: &'a str,
     of: &'a str,
     ratio: f32,
@@ -25,37 +25,27 @@ struct Mimic<'a> {
 }
 
 impl Mimic<'_> {
-    /// Adds the coupling; `held` are joints that were meant to move and do not.
-    fn couple(
-        &self,
-        assembled: &Assembled,
-        held: &BTreeSet<String>,
-        scene: &mut Scene,
-    ) -> Result<(), SceneError> {
-        let Self { name, of, ratio, offset, .. } = *self;
-        if held.contains(name) || held.contains(of) {
-            let note =
-                format!("joint {name}: one of it and {of} does not move, so its mimic is left out");
-            scene.left_out.push(note.clone());
-            scene.notes.push(note);
-            return Ok(());
+    /// Adds the coupling; otherwise why there is none.
+    fn couple(&self, assembled: &Assembled, scene: &mut Scene) -> Result<(), String> {
+        let Self { name, of, ratio, offset } = *self;
+        if name == of {
+            return Err("it mimics itself".to_owned());
         }
         let (own, other) = (assembled.coordinates.get(name), assembled.coordinates.get(of));
         let (Some(own), Some(other)) = (own, other) else {
-            let problem = format!("it mimics '{of}', which is no joint that turns or slides");
-            return Err(self.element.error(problem, "revolute, continuous and prismatic joints"));
+            return Err(format!("it mimics '{of}', and not both are joints that turn or slide"));
         };
-        if name == of {
-            return Err(self.element.error("it mimics itself", "another joint"));
-        }
         if !(1.0e-6..=1.0e6).contains(&ratio.abs()) {
-            let note = format!("joint {name}: a multiplier of {ratio} is not followed: left out");
-            scene.left_out.push(note.clone());
-            scene.notes.push(note);
-            return Ok(());
+            return Err(format!("a multiplier of {ratio} is not followed"));
         }
         scene.couplings.push(own.follow(other, ratio, offset));
         Ok(())
+    }
+
+    /// It as one that follows another, if both follow a third one.
+    fn after(self, first: Self) -> Self {
+        let ratio = self.ratio / first.ratio;
+        Self { of: first.name, ratio, offset: self.offset - ratio * first.offset, ..self }
     }
 }
 
@@ -80,13 +70,32 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Adds the couplings of joints that follow others.
-    pub(super) fn couple(
-        &self,
-        assembled: &Assembled,
-        scene: &mut Scene,
-    ) -> Result<(), SceneError> {
-        self.mimics.iter().try_for_each(|mimic| mimic.couple(assembled, &self.held, scene))
+    /// Adds the couplings of joints that follow others. If a joint that others follow was held
+    /// fast, the first of them leads the rest.
+    pub(super) fn couple(&self, assembled: &Assembled, scene: &mut Scene) {
+        let mut leaders: BTreeMap<&str, Mimic<'a>> = BTreeMap::new();
+        for &mimic in &self.mimics {
+            let made = if self.held.contains(mimic.name) {
+                Err("it does not move".to_owned())
+            } else if !self.held.contains(mimic.of) {
+                mimic.couple(assembled, scene)
+            } else if let Some(first) = leaders.get(mimic.of) {
+                mimic.after(*first).couple(assembled, scene)
+            } else {
+                leaders.insert(mimic.of, mimic);
+                let Mimic { name, of, .. } = mimic;
+                let told = format!(
+                    "joint {name}: for '{of}', which does not move, it leads its followers"
+                );
+                scene.notes.push(told);
+                Ok(())
+            };
+            if let Err(why) = made {
+                let note = format!("joint {}: its mimic is left out: {why}", mimic.name);
+                scene.left_out.push(note.clone());
+                scene.notes.push(note);
+            }
+        }
     }
 
     /// The links from the first one on, each behind its parent.
@@ -272,10 +281,7 @@ impl<'a> Reader<'a> {
         let read = element::joint(element, number)?;
         self.notes.extend(read.note.iter().cloned());
         if let Some((of, ratio, offset)) = read.mimic {
-            if read.kind == JointType::Fixed {
-                self.held.insert(read.name.to_owned());
-            }
-            self.mimics.push(Mimic { element: *element, name: read.name, of, ratio, offset });
+            self.mimics.push(Mimic { name: read.name, of, ratio, offset });
         }
         Ok(read)
     }
