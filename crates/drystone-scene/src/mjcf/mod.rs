@@ -92,8 +92,9 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
         scene.notes.push(note);
     }
     let unread = unread::attributes(models);
-    scene.left_out.extend(unread.iter().cloned());
-    scene.notes.extend(unread);
+    scene.left_out.extend(unread.physics.iter().cloned());
+    scene.notes.extend(unread.physics);
+    scene.notes.extend(unread.solver);
     let moving = scene.bodies.iter().filter(|b| b.def.kind == drystone::BodyKind::Dynamic).count();
     scene.summary = format!("{moving} moving bodies and {} joints", scene.joints.len());
     Ok(scene)
