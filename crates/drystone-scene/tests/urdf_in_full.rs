@@ -194,6 +194,22 @@ fn a_massless_link_at_the_end_is_held_fast_and_named() {
 }
 
 #[test]
+fn long_chains_without_a_mass_take_no_time() {
+    let chain = |end: &str| {
+        let mut inside = link("l0", 1.0, "");
+        for i in 1..20_000 {
+            let (above, own) = (format!("l{}", i - 1), format!("l{i}"));
+            inside += &format!("<link name=\"{own}\"/>{}", joint("continuous", &above, &own, ""));
+        }
+        inside + end
+    };
+    let scene = read(&chain("")).unwrap();
+    assert_eq!((scene.bodies.len(), scene.joints.len()), (1, 0));
+    let end = link("end", 1.0, "") + &joint("continuous", "l19999", "end", "");
+    assert!(read(&chain(&end)).unwrap_err().to_string().contains("mass"));
+}
+
+#[test]
 fn what_follows_a_joint_that_is_held_follows_together() {
     let mimic = |ratio: f32, offset: f32| {
         format!("<mimic joint=\"tip_joint\" multiplier=\"{ratio}\" offset=\"{offset}\"/>")

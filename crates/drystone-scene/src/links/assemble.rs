@@ -325,7 +325,7 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
     };
     let own = mass_of(&def.shapes);
     let mut whole = MassProperties::combine(&parts);
-    let is_unsaid = group.members.iter().all(|(i, _)| links[*i].weight == Weight::Unsaid);
+    let is_unsaid = group.members.iter().any(|(i, _)| links[*i].weight == Weight::Unsaid);
     if whole.mass <= 0.0 && is_unsaid && own.mass > 0.0 {
         notes.push(format!(
             "{}: it has no inertial, its mass of {} kg is that of its collision shapes at 1000 kg/m3",

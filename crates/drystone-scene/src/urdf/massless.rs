@@ -14,6 +14,9 @@ use crate::mass::mass_of;
 /// The part of a link's mass that a link without one takes, if several joints hang on it.
 const SHARE: f32 = 0.125;
 
+/// Most joints that are passed on to one link.
+const MOST_JOINTS: usize = 6;
+
 /// Anchors this close are one: the pose between them is rounded [m].
 const SAME: f32 = 1.0e-6;
 
@@ -44,13 +47,13 @@ fn groups(links: &[Link<'_>]) -> (Vec<usize>, Vec<Group>) {
     (head_of, groups)
 }
 
-/// Whether a group has a mass, or would have one if all of its files were there.
+/// Whether a group has a mass, or would have one if all of its files were there. Shapes weigh
+/// something where the file says nothing of the mass.
 fn has_mass(links: &[Link<'_>], members: &[usize]) -> bool {
-    let given = |i: &usize| matches!(links[*i].weight, Weight::Given(m) if m.mass > 0.0);
-    let unsaid = |i: &usize| links[*i].weight == Weight::Unsaid;
-    let of_shapes =
-        |i: &usize| links[*i].left_out.is_some() || mass_of(&links[*i].shapes).mass > 0.0;
-    members.iter().any(given) || (members.iter().all(unsaid) && members.iter().any(of_shapes))
+    members.iter().any(|&i| match links[i].weight {
+        Weight::Given(m) => m.mass > 0.0,
+        Weight::Unsaid => links[i].left_out.is_some() || mass_of(&links[i].shapes).mass > 0.0,
+    })
 }
 
 /// Whether the first link, with what is fixed to it, has no mass.
@@ -63,7 +66,7 @@ pub(super) fn is_root(links: &[Link<'_>]) -> bool {
 /// any more are added to `held`.
 pub(super) fn settle(links: &mut [Link<'_>], held: &mut BTreeSet<String>, notes: &mut Vec<String>) {
     let (head_of, mut groups) = groups(links);
-    // From the ends of the tree back: what is held fast is a member of the group above.
+    // From the ends of the tree back, because what hangs on a link decides.
     for head in (1..links.len()).rev() {
         if head_of[head] != head {
             continue;
@@ -83,17 +86,12 @@ pub(super) fn settle(links: &mut [Link<'_>], held: &mut BTreeSet<String>, notes:
         let has_shapes = groups[head].members.iter().any(|&i| !links[i].shapes.is_empty());
         match below[..] {
             [] => hold_fast(links, head, held, notes),
-            [next] if !has_shapes => pass_on(links, head, next, &head_of, notes),
-            [next, ..] => {
-                borrow(links, head, next, notes);
-                continue;
+            [next] if !has_shapes && dofs(links, next).len() < MOST_JOINTS => {
+                pass_on(links, head, next, &head_of, notes);
+                groups[above].below.push(next);
             }
+            [next, ..] => borrow(links, head, next, notes),
         }
-        // Its links, and what hangs on it, are those of the group above now.
-        let Group { members, below } = core::mem::take(&mut groups[head]);
-        groups[above].below.retain(|&i| i != head);
-        groups[above].members.extend(members);
-        groups[above].below.extend(below);
     }
     for head in 0..links.len() {
         give_moment(links, &groups[head].members, head, notes);
