@@ -309,6 +309,9 @@ fn inertias_are_taken_as_given_or_repaired_by_name() {
         read(&(link("base", 1.0, "") + alone + &joint("continuous", "base", "b", ""))).unwrap();
     assert!((mass(&scene, "b").1.x - 0.4 * 0.5 * 1.0e-4).abs() < 1.0e-9);
     assert!(has(&scene.notes, "that of a ball of 1 cm"));
+    // Rounding is no moment either.
+    let scene = body(r#"ixx="-5.4e-20" iyy="3e-22" izz="5.4e-20" ixy="1e-20""#, "").unwrap();
+    assert!((mass(&scene, "b").1.x - 0.4 * 0.5 * 1.0e-4).abs() < 1.0e-9);
 }
 
 #[test]

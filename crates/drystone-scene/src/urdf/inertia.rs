@@ -64,6 +64,9 @@ fn moments(element: &Element<'_>, mass: f32) -> Result<(Sym3, Option<String>), S
     let [xx, yy, zz] = diagonal;
     let given = Sym3 { xx, yy, zz, xy: part("ixy")?, xz: part("ixz")?, yz: part("iyz")? };
     let (principal, turn) = given.eigen();
+    if principal.abs().max_element() < TINY * mass {
+        return Ok((Sym3::default(), None));
+    }
     let mut inertia = given;
     let (least, most) = (principal.min_element(), principal.max_element());
     if least < 0.0 && least >= -ROUNDING * most {

@@ -62,8 +62,8 @@ pub(super) fn is_root(links: &[Link<'_>]) -> bool {
     groups.first().is_some_and(|root| !has_mass(links, &root.members))
 }
 
-/// Lets every link that joints move have a mass and an inertia. Names of joints that do not move
-/// any more are added to `held`.
+/// Lets every link that joints move have a mass. Names of joints that do not move any more are
+/// added to `held`.
 pub(super) fn settle(links: &mut [Link<'_>], held: &mut BTreeSet<String>, notes: &mut Vec<String>) {
     let (head_of, mut groups) = groups(links);
     // From the ends of the tree back, because what hangs on a link decides.
@@ -92,9 +92,6 @@ pub(super) fn settle(links: &mut [Link<'_>], held: &mut BTreeSet<String>, notes:
             }
             [next, ..] => borrow(links, head, next, notes),
         }
-    }
-    for head in 0..links.len() {
-        give_moment(links, &groups[head].members, head, notes);
     }
 }
 
@@ -173,7 +170,7 @@ fn borrow(links: &mut [Link<'_>], head: usize, next: usize, notes: &mut Vec<Stri
 }
 
 /// A single mass without any moment, and without shapes that it could come from, is a small ball.
-fn give_moment(links: &mut [Link<'_>], members: &[usize], head: usize, notes: &mut Vec<String>) {
+fn give_moment(links: &mut [Link<'_>], members: &[usize], notes: &mut Vec<String>) {
     let is_massive = |i: usize| matches!(links[i].weight, Weight::Given(m) if m.mass > 0.0);
     let massive: Vec<usize> = members.iter().copied().filter(|&i| is_massive(i)).collect();
     let [only] = massive[..] else { return };
@@ -183,15 +180,18 @@ fn give_moment(links: &mut [Link<'_>], members: &[usize], head: usize, notes: &m
         return;
     }
     own.inertia = Sym3::diagonal(Vec3::splat(inertia::of_ball(own.mass)));
-    if head > 0 {
-        let name = &links[only].name;
-        notes.push(format!("{name}: it has no inertia, that of a ball of 1 cm is taken"));
-    }
+    let name = &links[only].name;
+    notes.push(format!("{name}: it has no inertia, that of a ball of 1 cm is taken"));
 }
 
-/// Takes planes off links that move; they are for the ground.
-pub(super) fn planes(links: &mut [Link<'_>], notes: &mut Vec<String>) {
-    let (head_of, _) = groups(links);
+/// Lets links that move have an inertia, and takes planes off them, which are for the ground.
+pub(super) fn finish(links: &mut [Link<'_>], notes: &mut Vec<String>) {
+    let (head_of, groups) = groups(links);
+    for (head, group) in groups.iter().enumerate() {
+        if links[head].hold != Hold::World {
+            give_moment(links, &group.members, notes);
+        }
+    }
     for i in 0..links.len() {
         if links[head_of[i]].hold == Hold::World {
             continue;

@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
         }
         massless::settle(&mut links, &mut self.held, &mut self.notes);
         links[0].hold = self.base(&links, options.base);
-        massless::planes(&mut links, &mut self.notes);
+        massless::finish(&mut links, &mut self.notes);
         Ok(links)
     }
 
