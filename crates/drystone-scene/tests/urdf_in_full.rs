@@ -41,8 +41,10 @@ fn arm(of_joint: &str, of_arm: &str) -> String {
 
 fn mass(scene: &Scene, name: &str) -> (f32, Vec3) {
     let body = scene.bodies.iter().find(|b| b.name == name).unwrap();
-    let MassDef::Exact { mass, inertia, .. } = body.def.mass else { panic!("{name}") };
-    (mass, inertia.eigen().0)
+    match body.def.mass {
+        MassDef::Exact { mass, inertia, .. } => (mass, inertia.eigen().0),
+        _ => (0.0, Vec3::ZERO),
+    }
 }
 
 fn has(lines: &[String], part: &str) -> bool {
@@ -70,8 +72,7 @@ fn what_is_not_read_is_named_with_count_and_first_line() {
         (arm("", "") + "<loop_joint/>", "<loop_joint>"),
     ] {
         let scene = read(&inside).unwrap();
-        let named = format!("{part}");
-        assert!(has(&scene.left_out, &named), "{inside}: {:?}", scene.left_out);
+        assert!(has(&scene.left_out, part), "{inside}: {:?}", scene.left_out);
         assert!(scene.left_out.iter().all(|n| scene.notes.contains(n)), "{:?}", scene.notes);
     }
     let two = format!("\n{}\n\n{}", link("base", 1.0, "<a/>"), link("arm", 1.0, "<a/>"));
@@ -272,7 +273,11 @@ fn inertias_are_taken_as_given_or_repaired_by_name() {
     };
     // A placeholder that is far too large for its mass is legal.
     let (m, scene) = moments(r#"ixx="100" iyy="100" izz="100""#);
-    assert!(m == [100.0; 3] && !has(&scene.notes, "kg m2"), "{:?}", scene.notes);
+    assert!(
+        m.iter().all(|x| (x - 100.0).abs() < 1.0e-3) && !has(&scene.notes, "kg m2"),
+        "{:?}",
+        scene.notes
+    );
     // So is one that no body has, with a word.
     let (m, scene) = moments(r#"ixx="1" iyy="1" izz="5""#);
     assert!((m[2] - 5.0).abs() < 1.0e-4 && has(&scene.notes, "no body has its principal moments"));
@@ -460,6 +465,9 @@ fn placeholder_inertias_of_whole_robots_are_taken_as_given() {
     let whole: f32 = quad.bodies.iter().map(|b| mass(&quad, &b.name).0).sum();
     assert!((whole - (1.43 + 4.0 * (0.148 + 0.0307 + 0.0069))).abs() < 1.0e-5, "{whole}");
     let shapes = quad.bodies.iter().flat_map(|b| &b.def.shapes);
-    assert!(shapes.clone().count() == 4 && shapes.clone().all(|s| s.material.restitution == 0.5));
+    assert!(
+        shapes.clone().count() == 4
+            && shapes.clone().all(|s| (s.material.restitution - 0.5).abs() < 1.0e-6)
+    );
     assert!(quad.left_out.is_empty(), "{:?}", quad.left_out);
 }

@@ -155,7 +155,7 @@ pub(super) fn joint<'a>(
             Err(why) => note = Some(format!("joint {name}: {why}, it moves freely")),
         },
         None if is_bounded => {
-            note = Some(format!("joint {name}: it has no limits, it moves freely"))
+            note = Some(format!("joint {name}: it has no limits, it moves freely"));
         }
         _ => {}
     }

@@ -11,6 +11,9 @@ use crate::robot::{Keyframe, Robot};
 /// Most numbers of a list.
 const MOST: usize = 10_000_000;
 
+/// Most keyframes that a size asks for.
+const MOST_KEYS: usize = 1000;
+
 impl Describe<'_, '_> {
     /// Those of the first model: an attached one has another number of coordinates.
     pub(super) fn keyframes(
@@ -27,6 +30,14 @@ impl Describe<'_, '_> {
                 } else {
                     self.leave_out(&element, "it is a keyframe of an attached model");
                 }
+            }
+        }
+        // A size asks for more, which are the file's pose.
+        for size in model.sections("size").filter(|_| is_main) {
+            let count = size.get("nkey").and_then(|n| n.trim().parse::<usize>().ok());
+            while self.robot.keyframes.len() < count.unwrap_or(0).min(MOST_KEYS) {
+                let key = keyframe(&size, &self.robot)?;
+                self.robot.keyframes.push(Keyframe { name: String::new(), time: 0.0, ..key });
             }
         }
         Ok(())
