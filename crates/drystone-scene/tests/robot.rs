@@ -11,6 +11,8 @@ use drystone_scene::robot::{
 };
 use serde_json::Value;
 
+mod damage;
+
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/robots/mujoco").join(name)
 }
@@ -101,7 +103,7 @@ fn check_tendons(robot: &Robot, theirs: &[Value]) {
         let expected = list(&their["path"]);
         assert_eq!(path.len(), expected.len(), "{what}");
         for (own, their) in path.iter().zip(expected) {
-            // What a tendon wraps around is a sphere or a cylinder there.
+            // A tendon wraps around a sphere or a cylinder there.
             let kind = name(&their[0]).replace("cylinder", "sphere");
             assert_eq!((own.0, own.1, own.2), (kind.as_str(), name(&their[1]), name(&their[2])));
             assert_close(&[own.3], &their[3], &what);
@@ -342,4 +344,25 @@ fn copies_of_copies_end() {
         format!("<mujoco><worldbody>{copies}</worldbody><actuator>{motors}</actuator></mujoco>");
     let e = mjcf::describe_text(&text, Path::new("")).unwrap_err().to_string();
     assert!(e.contains("more than 200000 tendons, actuators or sensors"), "{e}");
+}
+
+#[test]
+fn damaged_descriptions_never_panic() {
+    let texts: Vec<String> = ["described.xml", "attached.xml", "short_forms.xml"]
+        .iter()
+        .map(|name| fs::read_to_string(data(name)).unwrap())
+        .collect();
+    let (mut good, mut bad) = (0, 0);
+    damage::each(&texts, 600, |text| match mjcf::describe_text(text, &data("")) {
+        Ok(robot) => {
+            good += 1;
+            assert!(robot.keyframes.iter().all(|key| key.q.len() == robot.start.len()));
+        }
+        Err(e) => {
+            bad += 1;
+            let line = e.to_string();
+            assert!(!line.contains('\n') && line.len() < 1500, "{line}");
+        }
+    });
+    assert!(good > 30 && bad > 30, "{good} read, {bad} refused");
 }

@@ -406,7 +406,7 @@ fn xacro_is_named_with_the_way_to_expand_it() {
         let e = whole(&text).unwrap_err().to_string();
         assert!(e.contains("it is a xacro file") && e.contains("xacro FILE > robot.urdf"), "{e}");
     }
-    // What xacro writes keeps its namespace, and definitions change nothing.
+    // The output of xacro keeps its namespace, and definitions change nothing.
     let text = format!(
         "<robot name=\"r\" xmlns:xacro=\"http://x\"><xacro:property name=\"x\" value=\"1\"/>{}</robot>",
         arm("", "")

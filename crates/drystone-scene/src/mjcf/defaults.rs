@@ -106,7 +106,7 @@ impl<'a> Defaults<'a> {
         Ok(View { sources })
     }
 
-    /// What the classes of an element say by elements of these tags, the nearest first.
+    /// The elements of an element's classes by elements of these tags, the nearest first.
     pub(super) fn said(
         &self,
         element: &Element<'a>,

@@ -131,7 +131,7 @@ const WHOLE: [&str; 11] = [
 #[derive(Debug, Default)]
 pub(super) struct Unread {
     pub(super) physics: Vec<String>,
-    /// Those of MuJoCo's solver.
+    /// Attributes of MuJoCo's solver.
     pub(super) solver: Vec<String>,
 }
 

@@ -3,7 +3,7 @@
 /// How many numbers a law or the dynamics may have.
 pub const NUMBERS: usize = 10;
 
-/// What an actuator pulls at.
+/// The thing that an actuator pulls at.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transmission {
     /// A joint, by its number; for balls and free joints along the gear's axes, in the frame of the
@@ -47,7 +47,8 @@ pub enum Dynamics {
     Filter,
     /// The same, integrated exactly.
     FilterExact,
-    /// A muscle's: time to activate and to deactivate [s], and the width of the change between them.
+    /// A muscle's: times to activate and to deactivate [s], and the width of the change between
+    /// them.
     Muscle,
     /// The user's own.
     User,
@@ -73,10 +74,10 @@ pub enum Law {
 pub struct Actuator {
     /// Its name, empty if it has none.
     pub name: String,
-    /// What it pulls at.
+    /// Its transmission.
     pub transmission: Transmission,
-    /// Factors from its force to the transmission's: the first for slides, hinges and tendons, three
-    /// for balls, six for free joints and sites (force, then torque).
+    /// Factors from its force to the transmission's: the first for slides, hinges and tendons,
+    /// three for balls, six for free joints and sites (force, then torque).
     pub gear: [f32; 6],
     /// Bounds of its control.
     pub control_range: Option<[f32; 2]>,

@@ -33,7 +33,7 @@ pub struct Robot {
     pub start: Vec<f32>,
     /// Poses [world] of the bodies that the user moves, in order.
     pub mocap: Vec<Pose>,
-    /// What is left out, a line each.
+    /// Things that are left out, a line each.
     pub left_out: Vec<String>,
 }
 
@@ -57,7 +57,7 @@ impl Robot {
     }
 }
 
-/// What a joint lets its link do.
+/// The motion that a joint allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointType {
     /// Anything: its position is that of the link, then its rotation.
@@ -99,7 +99,7 @@ pub struct Joint {
     pub name: String,
     /// Name of the link that it moves.
     pub link: String,
-    /// What it lets the link do.
+    /// The motion that it allows.
     pub kind: JointType,
     /// Its axis: unit [frame of the link].
     pub axis: Vec3,

@@ -31,9 +31,9 @@ pub struct Sensor {
     pub name: String,
     /// Its kind, as MJCF calls it: `gyro`, `jointpos`, `framequat` and so on.
     pub kind: String,
-    /// What it is about; `None` for those of the whole world, such as `clock`.
+    /// The thing that it is about; `None` for those of the whole world, such as `clock`.
     pub object: Option<Object>,
-    /// What it is measured in or against.
+    /// The thing that it is measured in or against.
     pub reference: Option<Object>,
     /// How many numbers it gives; `None`: it depends on more than the file says.
     pub size: Option<usize>,

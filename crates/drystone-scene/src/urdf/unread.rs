@@ -53,7 +53,8 @@ const STILL: [(&str, &str); 8] = [
     ("inertial", "name"),
 ];
 
-/// Those that only concern motors, sensors, and the software that drives and reads them.
+/// Elements and attributes that only concern motors, sensors, and the software that drives and reads
+/// them.
 const DRIVEN: [(&str, &str); 16] = [
     ("limit", "effort"),
     ("limit", "velocity"),
@@ -87,12 +88,12 @@ const NEUTRAL: [(&str, f64); 4] = [
     ("contact_cfm", 0.0),
 ];
 
-/// What is not read, each in a line.
+/// Things that are not read, each in a line.
 #[derive(Debug, Default)]
 pub(super) struct Unread {
-    /// What may be physics.
+    /// Things that may be physics.
     pub(super) physics: Vec<String>,
-    /// What only concerns motors, sensors and their software.
+    /// Things that only concern motors, sensors and their software.
     pub(super) driven: Vec<String>,
 }
 
@@ -100,7 +101,7 @@ pub(super) struct Unread {
 /// and first place.
 type Found = BTreeMap<(String, bool), (usize, String)>;
 
-/// What an element is to the one around it.
+/// An element as seen from the one around it.
 #[derive(Clone, Copy)]
 enum Place {
     Known,

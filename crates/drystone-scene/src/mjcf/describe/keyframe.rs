@@ -15,7 +15,7 @@ const MOST: usize = 10_000_000;
 const MOST_KEYS: usize = 1000;
 
 impl Describe<'_, '_> {
-    /// Those of the first model: an attached one has another number of coordinates.
+    /// Keyframes of the first model: an attached one has another number of coordinates.
     pub(super) fn keyframes(
         &mut self,
         instance: &Instance,

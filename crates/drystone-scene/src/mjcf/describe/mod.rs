@@ -3,6 +3,7 @@
 
 mod actuator;
 mod keyframe;
+mod laws;
 mod sensor;
 mod tendon;
 
