@@ -13,6 +13,7 @@ pub mod obj;
 pub mod own;
 mod read;
 pub mod rigid_ipc;
+pub mod robot;
 mod scene;
 mod transform;
 pub mod urdf;

@@ -34,6 +34,27 @@ fn physics_that_is_left_out_is_named_with_count_and_line() {
         (body("", "priority=\"1\""), "<geom priority>"),
         (body("", "nonsense=\"1\""), "<geom nonsense>"),
         (format!("<option density=\"1000\"/>{}", body("", "")), "<option density>"),
+        (body("type=\"free\" damping=\"1\"", ""), "<joint damping>"),
+        (format!("<option cone=\"pyramidal\"/>{}", body("", "")), "<option cone>"),
+        (format!("<option impratio=\"10\"/>{}", body("", "")), "<option impratio>"),
+        (
+            format!("<option actuatorgroupdisable=\"1\"/>{}", body("", "")),
+            "<option actuatorgroupdisable>",
+        ),
+        (
+            format!("<option><flag clampctrl=\"disable\"/></option>{}", body("", "")),
+            "<flag clampctrl>",
+        ),
+        (format!("<option><flag damper=\"disable\"/></option>{}", body("", "")), "<flag damper>"),
+        (
+            format!("<option><flag override=\"enable\"/></option>{}", body("", "")),
+            "<flag override>",
+        ),
+        (
+            format!("<option><flag filterparent=\"disable\"/></option>{}", body("", "")),
+            "<flag filterparent>",
+        ),
+        (format!("<compiler coordinate=\"global\"/>{}", body("", "")), "<compiler coordinate>"),
         (format!("<option wind=\"1 0 0\"/>{}", body("", "")), "<option wind>"),
         (format!("<default><geom gap=\".1\"/></default>{}", body("", "")), "<geom gap>"),
         (format!("<actuator><motor/></actuator>{}", body("", "")), "<actuator>"),
@@ -56,4 +77,28 @@ fn what_is_read_and_what_has_no_effect_is_not_named() {
     );
     let scene = read(&inside);
     assert!(scene.left_out.is_empty(), "{:?}", scene.left_out);
+}
+
+#[test]
+fn what_tunes_the_solver_is_named_and_is_no_physics() {
+    let option = "<option iterations=\"50\" solver=\"PGS\" integrator=\"RK4\" noslip_iterations=\"3\">\
+                  <flag warmstart=\"disable\" eulerdamp=\"disable\" multiccd=\"enable\"/></option>";
+    let scene = read(&format!("{option}{}", body("", "")));
+    assert!(scene.left_out.is_empty(), "{:?}", scene.left_out);
+    for name in [
+        "<option iterations>",
+        "<option solver>",
+        "<option integrator>",
+        "<option noslip_iterations>",
+        "<flag warmstart>",
+        "<flag eulerdamp>",
+        "<flag multiccd>",
+    ] {
+        let said = format!("{name}: not read (once, first in line 1, <");
+        assert!(scene.notes.iter().any(|n| n.starts_with(&said)), "{name}: {:?}", scene.notes);
+    }
+    let neutral = "<option impratio=\"1\" integrator=\"Euler\" cone=\"elliptic\">\
+                   <flag warmstart=\"enable\" clampctrl=\"enable\" actuation=\"disable\"/></option>";
+    let scene = read(&format!("{neutral}{}", body("", "")));
+    assert!(!scene.notes.iter().any(|n| n.contains("not read")), "{:?}", scene.notes);
 }

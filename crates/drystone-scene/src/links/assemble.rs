@@ -5,6 +5,7 @@ use std::path::Path;
 
 use drystone::geometry::MassProperties;
 use drystone::joint::SixDof;
+use drystone::math::Sym3;
 use drystone::{Axis, BodyDef, BodyKind, JointKind, MassDef, Pose, Quat, ShapeDef, Vec3};
 
 use super::compose::{self, stages};
@@ -16,6 +17,13 @@ use crate::scene::{Scene, SceneCoupling, SceneFrame, SceneJoint};
 /// If several joints hold a link, this part of its mass stands between each two of them that cannot
 /// be one joint. A body needs a mass, and a much lighter one would make the joints soft.
 const SHARE: f32 = 0.125;
+
+/// A thin rod turns easily about itself, but its moment is not 0: it is at least this part of the
+/// largest one, as rounding of the matrix alone can make more of it.
+const LEAST_MOMENT: f32 = 1.0e-6;
+
+/// A negative moment is a rounded 0 down to this part of the largest one.
+const ROUNDING: f32 = 1.0e-5;
 
 /// Whether a link collides with one that the world holds, if a joint is between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +110,7 @@ pub(crate) fn assemble(
     anchored: Anchored,
     scene: &mut Scene,
 ) -> Result<Assembled, SceneError> {
+    let noted = scene.notes.len();
     let mut groups: Vec<Group> = Vec::new();
     let mut group_of: Vec<usize> = Vec::with_capacity(links.len());
     let mut world: Vec<Pose> = Vec::with_capacity(links.len());
@@ -154,6 +163,8 @@ pub(crate) fn assemble(
     }
     let apart = scene.joints.iter().filter(|j| !j.collide_connected);
     out.apart = apart.map(|j| sorted(j.body_a, j.body_b)).collect();
+    let left_out = scene.notes.iter().skip(noted).filter(|n| n.contains("left out"));
+    scene.left_out.extend(left_out.cloned());
     Ok(out)
 }
 
@@ -314,7 +325,7 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
     };
     let own = mass_of(&def.shapes);
     let mut whole = MassProperties::combine(&parts);
-    let is_unsaid = group.members.iter().all(|(i, _)| links[*i].weight == Weight::Unsaid);
+    let is_unsaid = group.members.iter().any(|(i, _)| links[*i].weight == Weight::Unsaid);
     if whole.mass <= 0.0 && is_unsaid && own.mass > 0.0 {
         notes.push(format!(
             "{}: it has no inertial, its mass of {} kg is that of its collision shapes at 1000 kg/m3",
@@ -326,8 +337,13 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
         let problem = format!("'{}' moves and has a mass of {} kg", link.name, whole.mass);
         return fail(problem, "a mass above 0, given or from shapes");
     }
-    let (moments, _) = whole.inertia.eigen();
-    if !(moments.is_finite() && moments.max_element() > 0.0) {
+    let (moments, turn) = whole.inertia.eigen();
+    let (least, most) = (moments.min_element(), moments.max_element());
+    let told = {
+        let Vec3 { x, y, z } = moments;
+        format!("the inertia of '{}' has principal moments of {x}, {y} and {z} kg m2", link.name)
+    };
+    if !(moments.is_finite() && most > 0.0) {
         if own.mass <= 0.0 {
             let problem = format!("'{}' moves and has no inertia", link.name);
             return fail(problem, "principal moments above 0, given or from shapes");
@@ -337,12 +353,18 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
             link.name
         ));
         whole.inertia = own.scaled_to(whole.mass).inertia;
-    } else if moments.min_element() < 1.0e-6 * moments.max_element() {
-        let problem = format!(
-            "the inertia of '{}' has principal moments of {}, {} and {} kg m2",
-            link.name, moments.x, moments.y, moments.z
-        );
-        return fail(problem, "moments above 0, each above a millionth of the largest");
+    } else if least < -ROUNDING * most {
+        if own.mass <= 0.0 {
+            return fail(told, "moments above 0, given or from shapes");
+        }
+        notes.push(format!(
+            "{told}, which no body has: it is left out, that of its shapes at its mass is taken"
+        ));
+        whole.inertia = own.scaled_to(whole.mass).inertia;
+    } else if least < LEAST_MOMENT * most {
+        notes.push(format!("{told}: those below a millionth of the largest are raised to that"));
+        let raised = moments.max(Vec3::splat(LEAST_MOMENT * most));
+        whole.inertia = Sym3::rotated_diagonal(turn, raised);
     }
     let MassProperties { mass, center, inertia } = whole;
     def.mass = MassDef::Exact { mass, center, inertia };

@@ -95,22 +95,33 @@ impl<'a> Defaults<'a> {
         element: Element<'a>,
         around: Option<usize>,
     ) -> Result<View<'a>, SceneError> {
-        let first = (!self.classes.is_empty()).then_some(0);
-        let mut class = self.named(&element, "class")?.or(around).or(first);
+        let tag = match element.tag() {
+            "connect" | "weld" => "equality",
+            "joint" if element.get("joint1").is_some() => "equality",
+            "spatial" | "fixed" => "tendon",
+            other => other,
+        };
         let mut sources = vec![element];
+        sources.extend(self.said(&element, around, &[tag])?);
+        Ok(View { sources })
+    }
+
+    /// The elements of an element's classes by elements of these tags, the nearest first.
+    pub(super) fn said(
+        &self,
+        element: &Element<'a>,
+        around: Option<usize>,
+        tags: &[&str],
+    ) -> Result<Vec<Element<'a>>, SceneError> {
+        let first = (!self.classes.is_empty()).then_some(0);
+        let mut class = self.named(element, "class")?.or(around).or(first);
+        let mut out = Vec::new();
         while let Some(number) = class {
             let Class { parent, elements, .. } = &self.classes[number];
-            let tag = match element.tag() {
-                "connect" | "weld" => "equality",
-                "joint" if element.get("joint1").is_some() => "equality",
-                "spatial" | "fixed" => "tendon",
-                other => other,
-            };
-            let same = |e: &&Element<'a>| e.tag() == tag;
-            sources.extend(elements.iter().rev().filter(same));
+            out.extend(elements.iter().rev().filter(|e| tags.contains(&e.tag())));
             class = *parent;
         }
-        Ok(View { sources })
+        Ok(out)
     }
 }
 
@@ -125,6 +136,11 @@ impl<'a> View<'a> {
     /// Without defaults.
     pub(super) fn bare(element: Element<'a>) -> Self {
         Self { sources: vec![element] }
+    }
+
+    /// With what its classes say, the nearest first.
+    pub(super) fn of(element: Element<'a>, said: &[Element<'a>]) -> Self {
+        Self { sources: [&[element], said].concat() }
     }
 
     pub(super) fn element(&self) -> &Element<'a> {

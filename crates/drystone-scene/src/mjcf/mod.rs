@@ -7,6 +7,7 @@
 //! elements are counted and noted.
 
 mod defaults;
+mod describe;
 mod geom;
 mod joint;
 mod mass;
@@ -27,6 +28,7 @@ use self::walk::Walk;
 use crate::error::SceneError;
 use crate::links::{Anchored, assemble};
 use crate::read::xml;
+use crate::robot::Robot;
 use crate::scene::Scene;
 
 /// Notes on these are not about the motion of bodies.
@@ -47,6 +49,36 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 /// # Errors
 /// A line that names the place in the file, what is wrong and what is allowed.
 pub fn from_text(text: &str, folder: &Path) -> Result<Scene, SceneError> {
+    with_models(text, folder, interpret)
+}
+
+/// Reads a robot's joints, tendons, actuators, sensors and keyframes from an `.xml` file.
+///
+/// # Errors
+/// A line that names the file, the place in it, what is wrong and what is allowed.
+pub fn describe(path: &Path) -> Result<Robot, SceneError> {
+    let text = xml::file(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    describe_text(&text, folder).map_err(|e| e.in_file(path))
+}
+
+/// Reads the same from the text of an `.xml` file whose other files are beside or below `folder`.
+///
+/// # Errors
+/// A line that names the place in the file, what is wrong and what is allowed.
+pub fn describe_text(text: &str, folder: &Path) -> Result<Robot, SceneError> {
+    with_models(text, folder, |models| {
+        let mut walk = Walk::new(models, Options::read(&models[0])?);
+        walk.run()?;
+        describe::robot(walk)
+    })
+}
+
+fn with_models<T>(
+    text: &str,
+    folder: &Path,
+    read: impl FnOnce(&[Model<'_>]) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
     let files = Files::read(text, folder)?;
     let documents = files
         .texts
@@ -57,7 +89,7 @@ pub fn from_text(text: &str, folder: &Path) -> Result<Scene, SceneError> {
         })
         .collect::<Result<Vec<Document<'_>>, SceneError>>()?;
     let models = files.models(&documents)?;
-    interpret(&models)
+    read(&models)
 }
 
 fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
@@ -92,8 +124,9 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
         scene.notes.push(note);
     }
     let unread = unread::attributes(models);
-    scene.left_out.extend(unread.iter().cloned());
-    scene.notes.extend(unread);
+    scene.left_out.extend(unread.physics.iter().cloned());
+    scene.notes.extend(unread.physics);
+    scene.notes.extend(unread.solver);
     let moving = scene.bodies.iter().filter(|b| b.def.kind == drystone::BodyKind::Dynamic).count();
     scene.summary = format!("{moving} moving bodies and {} joints", scene.joints.len());
     Ok(scene)

@@ -1,8 +1,9 @@
 //! Attributes of a file that are not read.
 //!
-//! The table lists what is read, and what has no effect on motion here (names, colors, groups of
-//! pictures). All else is named with its count and first place, whether it is an attribute of the
-//! format or not.
+//! The table lists what is read, and what has no effect on motion (names, pictures, files, and what
+//! MuJoCo's compiler solves without a change of the model). All else is named with its count and
+//! first place, whether it is an attribute of the format or not. What only tunes MuJoCo's solver is
+//! named too, but it is no physics: another solver has its own.
 
 use std::collections::BTreeMap;
 
@@ -23,20 +24,13 @@ const TABLE: [Known; 21] = [
         "compiler",
         "angle eulerseq autolimits inertiafromgeom inertiagrouprange settotalmass balanceinertia boundmass \
          boundinertia fitaabb meshdir assetdir strippath",
-        "texturedir coordinate discardvisual usethread fusestatic alignfree saveinertial",
+        "texturedir discardvisual usethread fusestatic alignfree saveinertial",
     ),
-    (
-        "option",
-        "gravity timestep",
-        "iterations tolerance ls_iterations ls_tolerance noslip_iterations noslip_tolerance \
-      ccd_iterations ccd_tolerance sdf_iterations sdf_initpoints solver jacobian mpr_iterations mpr_tolerance apirate \
-      integrator cone impratio actuatorgroupdisable",
-    ),
+    ("option", "gravity timestep cone", "apirate"),
     (
         "flag",
-        "constraint contact limit frictionloss equality passive spring gravity",
-        "energy fwdinv invdiscrete \
-      multiccd island midphase nativeccd autoreset sensor warmstart refsafe eulerdamp clampctrl actuation",
+        "constraint contact limit frictionloss equality passive spring gravity actuation",
+        "energy fwdinv invdiscrete sensor",
     ),
     ("default", "class", ""),
     ("body", "childclass mocap gravcomp name", "user"),
@@ -60,8 +54,7 @@ const TABLE: [Known; 21] = [
     (
         "mesh",
         "name file vertex face scale refpos refquat inertia class",
-        "normal texcoord smoothnormal maxhullvert \
-      content_type material",
+        "normal texcoord smoothnormal content_type material",
     ),
     ("equality", "name active class body1 body2 site1 site2 joint1 joint2 anchor polycoef", ""),
     ("exclude", "name body1 body2", ""),
@@ -70,8 +63,31 @@ const TABLE: [Known; 21] = [
     ("model", "name file", "content_type"),
 ];
 
+/// Attributes of MuJoCo's own solver, by their elements.
+const SOLVER: [(&str, &str); 3] = [
+    (
+        "option",
+        "integrator iterations tolerance ls_iterations ls_tolerance noslip_iterations noslip_tolerance \
+         ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations sdf_initpoints solver jacobian",
+    ),
+    ("flag", "multiccd island midphase nativeccd autoreset warmstart refsafe eulerdamp"),
+    ("mesh", "maxhullvert"),
+];
+
 /// Values that are as good as none: what the format takes without the attribute.
-const NEUTRAL: [(&str, &str); 19] = [
+const NEUTRAL: [(&str, &str); 31] = [
+    ("coordinate", "local"),
+    ("impratio", "1"),
+    ("integrator", "Euler"),
+    ("noslip_iterations", "0"),
+    ("maxhullvert", "-1"),
+    ("damper", "enable"),
+    ("clampctrl", "enable"),
+    ("override", "disable"),
+    ("warmstart", "enable"),
+    ("refsafe", "enable"),
+    ("eulerdamp", "enable"),
+    ("autoreset", "enable"),
     ("margin", "0"),
     ("gap", "0"),
     ("priority", "0"),
@@ -93,6 +109,9 @@ const NEUTRAL: [(&str, &str); 19] = [
     ("solreflimit", "0.02 1"),
 ];
 
+/// Attributes of joints that are read, but not of free ones.
+const UNREAD_OF_FREE: [&str; 3] = ["damping", "stiffness", "frictionloss"];
+
 /// Sections that are named as a whole, or that only concern pictures and memory.
 const WHOLE: [&str; 11] = [
     "actuator",
@@ -108,9 +127,17 @@ const WHOLE: [&str; 11] = [
     "camera",
 ];
 
-/// Attributes of the models' files that are neither read nor without effect, each in a line.
-pub(super) fn attributes(models: &[Model<'_>]) -> Vec<String> {
-    let mut found: BTreeMap<(String, String), (usize, String)> = BTreeMap::new();
+/// Attributes that are not read, each in a line.
+#[derive(Debug, Default)]
+pub(super) struct Unread {
+    pub(super) physics: Vec<String>,
+    /// Attributes of MuJoCo's solver.
+    pub(super) solver: Vec<String>,
+}
+
+/// Attributes of the models' files that are neither read nor without effect.
+pub(super) fn attributes(models: &[Model<'_>]) -> Unread {
+    let mut found: BTreeMap<(String, String, bool), (usize, String)> = BTreeMap::new();
     let mut stack: Vec<(Element<'_>, &str)> =
         models.iter().rev().flat_map(Model::documents).map(|root| (root, "")).collect();
     while let Some((element, around)) = stack.pop() {
@@ -133,29 +160,44 @@ pub(super) fn attributes(models: &[Model<'_>]) -> Vec<String> {
         if let Some(&(_, read, still)) = TABLE.iter().find(|(known, ..)| *known == kind) {
             let is_placed = ["body", "frame", "inertial", "geom", "site", "joint"].contains(&kind);
             for (name, value) in element.attributes() {
-                let listed = |list: &str| list.split_whitespace().any(|word| word == name);
+                let listed = |list: &str| has(list, name);
                 let is_known = listed(read) || listed(still) || (is_placed && listed(PLACE));
-                if (is_known && is_read(name, value)) || is_neutral(name, value) {
+                let is_free = kind == "joint" && element.get("type") == Some("free");
+                let is_lost = is_free && UNREAD_OF_FREE.contains(&name);
+                if (is_known && !is_lost && is_read(name, value)) || is_neutral(name, value) {
                     continue;
                 }
-                let key = (tag.to_owned(), name.to_owned());
+                let is_solver = SOLVER.iter().any(|(of, names)| *of == kind && has(names, name));
+                let key = (tag.to_owned(), name.to_owned(), is_solver);
                 found.entry(key).or_insert_with(|| (0, element.place())).0 += 1;
             }
         }
         let inside: Vec<Element<'_>> = element.children().collect();
         stack.extend(inside.into_iter().rev().map(|child| (child, tag)));
     }
-    let told = |((tag, name), (count, place)): ((String, String), (usize, String))| {
+    let mut out = Unread::default();
+    for ((tag, name, is_solver), (count, place)) in found {
         let times = if count == 1 { "once".to_owned() } else { format!("{count} times") };
-        format!("<{tag} {name}>: not read ({times}, first in {place})")
-    };
-    found.into_iter().map(told).collect()
+        let line = format!("<{tag} {name}>: not read ({times}, first in {place})");
+        if is_solver {
+            out.solver.push(format!("{line}; it tunes MuJoCo's solver"));
+        } else {
+            out.physics.push(line);
+        }
+    }
+    out
+}
+
+fn has(list: &str, name: &str) -> bool {
+    list.split_whitespace().any(|word| word == name)
 }
 
 /// Whether the value of an attribute is one that is read, of those that are read in part.
 fn is_read(name: &str, value: &str) -> bool {
     let first = value.split_whitespace().next().and_then(|word| word.parse::<f64>().ok());
     match name {
+        // Friction is a cone here, a pyramid is not read.
+        "cone" => value == "elliptic",
         // Friction about the normal and of rolling.
         "condim" => first.is_none_or(|n| n <= 3.0),
         // The damping ratio of contacts is read, their stiffness is not.

@@ -7,6 +7,7 @@ use drystone::geometry::MassProperties;
 use drystone::{Pose, Quat, Vec3};
 
 use super::defaults::View;
+use super::describe;
 use super::geom::{self, Geom};
 use super::joint::{self, Read};
 use super::mass;
@@ -16,6 +17,7 @@ use super::option::Options;
 use crate::error::SceneError;
 use crate::links::{Dof, Hold, Link, Weight};
 use crate::read::xml::Element;
+use crate::robot::{Robot, Site};
 
 /// More bodies, shapes and copies than this are refused.
 const MAX_THINGS: usize = 200_000;
@@ -33,6 +35,14 @@ const MAX_NAME: usize = 1000;
 /// name.
 pub(super) type Named<T> = BTreeMap<String, Vec<(String, T)>>;
 
+/// Numbers of copies by the numbers of things.
+#[derive(Default)]
+pub(super) struct CopyOf {
+    pub(super) joints: Vec<usize>,
+    pub(super) sites: Vec<usize>,
+    pub(super) links: Vec<usize>,
+}
+
 /// A model, as one of possibly many in the scene.
 #[derive(Default)]
 pub(super) struct Instance {
@@ -42,6 +52,21 @@ pub(super) struct Instance {
     pub(super) joints: Named<usize>,
     /// Sites: the link, and the point on it.
     pub(super) sites: Named<(usize, Vec3)>,
+    /// Numbers of sites in the robot's description.
+    pub(super) site_numbers: Named<usize>,
+    /// In front of its names in the scene, and behind them.
+    pub(super) prefix: String,
+    pub(super) suffix: String,
+}
+
+impl Instance {
+    /// A name of its model as it is in the scene; empty if it is.
+    pub(super) fn name(&self, raw: &str, copy: &str) -> String {
+        if raw.is_empty() {
+            return String::new();
+        }
+        [&self.prefix, raw, copy, &self.suffix].concat()
+    }
 }
 
 /// Where the walk is.
@@ -59,6 +84,8 @@ struct Here {
     /// How many models are around, and how many copies.
     attached: usize,
     copied: usize,
+    /// Number of the innermost copy around, 0 without one.
+    copy: usize,
 }
 
 impl Here {
@@ -100,6 +127,14 @@ pub(super) struct Walk<'a> {
     pub(super) ignored: BTreeMap<String, usize>,
     /// Names of joints as they are in the scene.
     pub(super) joint_names: Vec<String>,
+    /// Numbers of the same joints in the robot's description.
+    pub(super) joint_numbers: Vec<usize>,
+    /// Joints, sites and bodies that the user moves, for the robot's description.
+    pub(super) robot: Robot,
+    /// The copies that joints with names, sites and links are in: numbers in the order of the file,
+    /// 0 for none.
+    pub(super) copy_of: CopyOf,
+    copies: usize,
     things: usize,
     stack: Vec<Task<'a>>,
     /// True of each link that the world holds.
@@ -132,6 +167,10 @@ impl<'a> Walk<'a> {
             notes: Vec::new(),
             ignored: BTreeMap::new(),
             joint_names: Vec::new(),
+            joint_numbers: Vec::new(),
+            robot: Robot::default(),
+            copy_of: CopyOf { links: vec![0], ..CopyOf::default() },
+            copies: 0,
             things: 0,
             stack: Vec::new(),
             held: vec![true],
@@ -167,6 +206,7 @@ impl<'a> Walk<'a> {
             outer: String::new(),
             attached: 0,
             copied: 0,
+            copy: 0,
         };
         let worlds: Vec<Element<'a>> = model.sections("worldbody").collect();
         let tasks = worlds.into_iter().map(|w| Task::Inside(w, here.clone()));
@@ -261,15 +301,37 @@ impl<'a> Walk<'a> {
 
     fn site(&mut self, element: Element<'a>, here: &Here) -> Result<(), SceneError> {
         let Some(name) = element.get("name") else { return Ok(()) };
-        here.name(&element, name)?;
-        let view = self.model(here).defaults.view(element, here.class)?;
+        let whole = here.name(&element, name)?;
+        let model = self.model(here);
+        let view = model.defaults.view(element, here.class)?;
         let at = match view.numbers::<6>("fromto")? {
             Some([a, b, c, d, e, f]) => (Vec3::from([a, b, c]) + Vec3::from([d, e, f])) * 0.5,
             None => view.vec3("pos")?.unwrap_or(Vec3::ZERO),
         };
         let found = (here.link, here.pose.point(at));
-        register(&mut self.instances[here.instance].sites, name, &here.inner, found);
+        let number = self.robot.sites.len();
+        let rotation = match view.numbers::<6>("fromto")? {
+            // Its z points from the second end to the first, as MuJoCo's.
+            Some([a, b, c, d, e, f]) => (Vec3::from([a, b, c]) - Vec3::from([d, e, f]))
+                .try_normalize()
+                .map_or(Quat::IDENTITY, |z| Quat::from_arc(Vec3::Z, z)),
+            None => model.pose(&view)?.rotation,
+        };
+        let pose = here.pose.compose(&Pose { position: at, rotation });
+        self.robot.sites.push(Site { name: whole, link: self.link_name(here.link), pose });
+        self.copy_of.sites.push(here.copy);
+        let instance = &mut self.instances[here.instance];
+        register(&mut instance.sites, name, &here.inner, found);
+        register(&mut instance.site_numbers, name, &here.inner, number);
         Ok(())
+    }
+
+    /// The name of a link, which has one in the scene in any case.
+    pub(super) fn link_name(&self, link: usize) -> String {
+        match self.links[link].name.as_str() {
+            "" => format!("#{link}"),
+            name => name.to_owned(),
+        }
     }
 
     fn body(&mut self, element: Element<'a>, here: &Here) -> Result<(), SceneError> {
@@ -278,6 +340,7 @@ impl<'a> Walk<'a> {
         let class = model.defaults.named(&element, "childclass")?.or(here.class);
         let own = model.pose(&View::bare(element))?;
         let mut dofs: Vec<Dof> = Vec::new();
+        let joints = self.robot.joints.len();
         let mut is_free = false;
         let mut given =
             (model.settings.inertia_from_geoms == Some(false)).then(MassProperties::default);
@@ -299,7 +362,11 @@ impl<'a> Walk<'a> {
                 let known = &mut self.instances[here.instance].joints;
                 register(known, raw, &here.inner, self.joint_names.len());
                 self.joint_names.push(name.clone());
+                self.joint_numbers.push(self.robot.joints.len());
+                self.copy_of.joints.push(here.copy);
             }
+            let whole = if raw.is_empty() { "" } else { &name };
+            self.robot.joints.push(describe::joint(&view, model, &pose, whole)?);
             match joint::read(&view, model, &self.option, &pose, &name)? {
                 Read::Free => is_free = true,
                 Read::Joint(dof) => dofs.push(dof),
@@ -320,6 +387,11 @@ impl<'a> Walk<'a> {
         let raw = element.get("name").unwrap_or_default();
         let name = if raw.is_empty() { String::new() } else { here.name(&element, raw)? };
         let number = self.links.len();
+        let at = here.pose.compose(&own);
+        if hold == Hold::Kinematic {
+            self.robot.mocap.push(at);
+        }
+        self.copy_of.links.push(here.copy);
         self.held.push(hold == Hold::World || (hold == Hold::Fast && self.held[here.link]));
         self.geom_masses.push(given.is_none().then(Vec::new));
         self.model_of.push(self.instances[here.instance].model);
@@ -327,7 +399,7 @@ impl<'a> Walk<'a> {
             name,
             element,
             parent: Some(here.link),
-            pose: here.pose.compose(&own),
+            pose: at,
             hold,
             weight: given.map_or(Weight::Unsaid, Weight::Given),
             shapes: Vec::new(),
@@ -337,6 +409,8 @@ impl<'a> Walk<'a> {
         if !raw.is_empty() {
             register(&mut self.instances[here.instance].bodies, raw, &here.inner, number);
         }
+        let link = self.link_name(number);
+        describe::place(&mut self.robot, joints, &link, &at);
         self.inside(&element, &Here { link: number, pose: Pose::IDENTITY, class, ..here.clone() })
     }
 
@@ -421,8 +495,10 @@ impl<'a> Walk<'a> {
         self.count(&element)?;
         let digits = (count - 1).to_string().len();
         let suffix = format!("{}{number:0digits$}", element.get("sep").unwrap_or_default());
-        let inner = format!("{}{suffix}", here.inner);
-        let copy = Here { inner, copied: here.copied + 1, ..here.clone() };
+        // Outer copies count behind inner ones.
+        let inner = format!("{suffix}{}", here.inner);
+        self.copies += 1;
+        let copy = Here { inner, copied: here.copied + 1, copy: self.copies, ..here.clone() };
         // Here too, for there may be nothing with a name inside.
         copy.name(&element, "")?;
         if number + 1 < count {
@@ -445,12 +521,17 @@ impl<'a> Walk<'a> {
             return Err(element.error("models attach each other without end", "16 deep"));
         }
         let model = &self.models[number];
+        let prefix = format!("{}{}", here.prefix, element.get("prefix").unwrap_or_default());
+        let suffix = format!("{}{}", here.inner, here.outer);
+        let instance = self.instance(number);
+        self.instances[instance].prefix.clone_from(&prefix);
+        self.instances[instance].suffix.clone_from(&suffix);
         let inside = Here {
-            instance: self.instance(number),
+            instance,
             class: None,
-            prefix: format!("{}{}", here.prefix, element.get("prefix").unwrap_or_default()),
+            prefix,
             inner: String::new(),
-            outer: format!("{}{}", here.inner, here.outer),
+            outer: suffix,
             attached: here.attached + 1,
             ..here
         };
@@ -476,7 +557,7 @@ impl<'a> Walk<'a> {
 }
 
 /// Keeps a thing by its name, and by its name with what was put behind it.
-fn register<T: Copy>(names: &mut Named<T>, raw: &str, suffix: &str, thing: T) {
+pub(super) fn register<T: Copy>(names: &mut Named<T>, raw: &str, suffix: &str, thing: T) {
     names.entry(raw.to_owned()).or_default().push((suffix.to_owned(), thing));
     if !suffix.is_empty() {
         let whole = format!("{raw}{suffix}");

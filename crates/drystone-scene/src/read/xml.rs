@@ -2,10 +2,11 @@
 //! content is trusted.
 
 use core::fmt::Display;
+use std::borrow::Cow;
 use std::path::Path;
 
 use drystone::Vec3;
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Error, Node, ParsingOptions};
 
 use super::text;
 use crate::error::SceneError;
@@ -18,12 +19,60 @@ pub(crate) fn file(path: &Path) -> Result<String, SceneError> {
     text(path, "an XML file")
 }
 
+/// Most prefixes of names that no element declares.
+const MAX_PREFIXES: usize = 16;
+
+/// The text, with what the XML readers of robot simulators let pass and the standard does not: an
+/// XML declaration or a DOCTYPE without entities behind the start of the file becomes spaces, a
+/// prefix that no element declares is declared by the outermost one, and zeros at the end, as C
+/// writes them, are no text. Lines keep their numbers.
+pub(crate) fn mended(text: &str) -> Cow<'_, str> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_end_matches('\0');
+    let mut out = Cow::Borrowed(text);
+    let mut at = 0;
+    loop {
+        at += out[at..].len() - out[at..].trim_start().len();
+        let rest = &out[at..];
+        let end = |mark: &str| rest.find(mark).map(|i| at + i + mark.len());
+        let (end, is_blanked) = if rest.starts_with("<!--") {
+            (end("-->"), false)
+        } else if rest.starts_with("<?") {
+            (end("?>"), at > 0 && rest.starts_with("<?xml") && !rest.starts_with("<?xml-"))
+        } else if rest.starts_with("<!DOCTYPE") {
+            let end = end(">");
+            (end, end.is_some_and(|end| !out[at..end].contains('[')))
+        } else {
+            break;
+        };
+        let Some(end) = end else { break };
+        if is_blanked {
+            let blank = |c: char| if c == '\n' { '\n' } else { ' ' };
+            let spaces: String = out[at..end].chars().map(blank).collect();
+            out.to_mut().replace_range(at..end, &spaces);
+            at += spaces.len();
+        } else {
+            at = end;
+        }
+    }
+    for _ in 0..MAX_PREFIXES {
+        let Err(Error::UnknownNamespace(prefix, _)) = document(&out) else { break };
+        let name = out[at..].find(|c: char| c.is_whitespace() || c == '>' || c == '/');
+        let Some(name) = name else { break };
+        out.to_mut().insert_str(at + name, &format!(" xmlns:{prefix}=\"{prefix}\""));
+    }
+    out
+}
+
+fn document(text: &str) -> Result<Document<'_>, Error> {
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..Default::default() };
+    Document::parse_with_options(text, options)
+}
+
 /// The document of a text. Entities of its own, which can blow a file up, are refused with the DTD
 /// that would declare them.
 pub(crate) fn parse(text: &str) -> Result<Document<'_>, SceneError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..Default::default() };
-    let document = Document::parse_with_options(text, options).map_err(|e| {
+    let document = document(text).map_err(|e| {
         let place = format!("line {}", e.pos().row);
         SceneError::new(Path::new(""), &place, format!("broken XML: {e}"), "well-formed XML")
     })?;
@@ -62,12 +111,25 @@ impl<'a> Element<'a> {
         self.node.tag_name().name()
     }
 
+    /// The prefix of its tag, as of `drake:joint`.
+    pub(crate) fn prefix(&self) -> Option<&'a str> {
+        self.node.lookup_prefix(self.node.tag_name().namespace()?)
+    }
+
+    /// Its tag with the prefix.
+    pub(crate) fn full_tag(&self) -> Cow<'a, str> {
+        match self.prefix() {
+            Some(prefix) => Cow::Owned(format!("{prefix}:{}", self.tag())),
+            None => Cow::Borrowed(self.tag()),
+        }
+    }
+
     /// `line 7, <joint name="knee">`.
     pub(crate) fn place(&self) -> String {
         let line = self.node.document().text_pos_at(self.node.range().start).row;
         let name = self.get("name").map_or_else(String::new, |n| format!(" name=\"{n}\""));
         let file = if self.file.is_empty() { "" } else { &format!("{} ", self.file) };
-        format!("{file}line {line}, <{}{name}>", self.tag())
+        format!("{file}line {line}, <{}{name}>", self.full_tag())
     }
 
     pub(crate) fn error(&self, problem: impl Display, allowed: &str) -> SceneError {
