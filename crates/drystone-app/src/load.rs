@@ -89,6 +89,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
             Ok(_) if source.reading.base.is_some() || source.reading.ground.is_some() => {
                 return Err(not_a_robot());
             }
+            Ok(_) if source.reading.reduced => return Err(no_trees(&source.scene)),
             Ok(scene) => return Ok(Loaded::BuiltIn(Box::new(scene))),
             Err(e) if !path.exists() => {
                 return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
@@ -96,7 +97,13 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
             Err(_) => {}
         }
     }
-    let loaded = file(path, source, gravity)?;
+    let mut loaded = file(path, source, gravity)?;
+    if source.reading.reduced {
+        if loaded.scene().trees.is_empty() {
+            return Err(no_trees(&source.scene));
+        }
+        loaded.scene_mut().reduced = true;
+    }
     if source.reading.strict
         && let Some(first) = loaded.scene().left_out.first()
     {
@@ -169,6 +176,12 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         gltf::load(path, &options).map(|file| Loaded::Gltf(Box::new(file)))
     };
     loaded.map_err(Failure::failed)
+}
+
+fn no_trees(scene: &str) -> Failure {
+    Failure::usage(format_args!(
+        "--reduced is for .urdf and MJCF files with joints; {scene} has no such tree"
+    ))
 }
 
 fn not_a_robot() -> Failure {

@@ -25,5 +25,5 @@ pub use error::SceneError;
 pub use read::stl;
 pub use scene::{
     Film, Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink,
-    SceneStrand, Script, ScriptAction, StrandDef, Wave,
+    SceneStrand, SceneTree, Script, ScriptAction, StrandDef, Wave,
 };

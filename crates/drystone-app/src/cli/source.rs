@@ -36,6 +36,12 @@ pub(crate) struct Reading {
     #[arg(long, value_name = "Z", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = height)]
     pub(crate) ground: Option<f32>,
 
+    /// For .urdf and MJCF files: robots are articulations in reduced coordinates, whose joints are
+    /// exact, instead of bodies and joints
+    #[arg(long)]
+    #[serde(default)]
+    pub(crate) reduced: bool,
+
     /// Refuse a file with physics that is not read (`drystone info` names it). With convert, also
     /// refuse one that OUT cannot say in full
     #[arg(long)]

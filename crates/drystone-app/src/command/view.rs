@@ -56,7 +56,7 @@ pub(crate) fn view(args: &View) -> Outcome {
         } else {
             (None, None)
         };
-        let reading = Reading { auto_colliders, base, ground, strict: false };
+        let reading = Reading { auto_colliders, base, ground, strict: false, reduced: false };
         let source = Source { scene: scene.to_owned(), reading };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });

@@ -67,6 +67,7 @@ impl Scene {
             bodies: run.bodies.clone(),
             names: run.names.clone(),
             joints: run.joints.clone(),
+            articulations: run.articulations.clone(),
             couplings: run.couplings.clone(),
             strands: run.strands.clone(),
             frames: Vec::new(),

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use drystone::articulation::ArticulationId;
 use drystone::joint::CouplingDef;
 use drystone::particle::{LinkDef, Strand};
 use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
@@ -44,6 +45,15 @@ pub enum BuildError {
     /// A coupling.
     #[error("coupling {number}: {error}")]
     Coupling {
+        /// Its number in the scene, from 0.
+        number: usize,
+        /// The engine's error.
+        #[source]
+        error: DefError,
+    },
+    /// An articulation.
+    #[error("tree {number}: {error}")]
+    Articulation {
         /// Its number in the scene, from 0.
         number: usize,
         /// The engine's error.
@@ -109,6 +119,9 @@ pub struct Running {
     pub names: Vec<String>,
     /// Its joints in the order of the scene, then of the script.
     pub joints: Vec<JointId>,
+    /// Its articulations in the order of the scene's trees; none if the scene is not reduced.
+    #[serde(default)]
+    pub articulations: Vec<ArticulationId>,
     /// Its couplings in the order of the scene.
     pub couplings: Vec<JointId>,
     /// Its ropes, cloths and clouds in the order of the scene.
@@ -142,6 +155,7 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            articulations: Vec::new(),
             couplings: Vec::with_capacity(self.couplings.len()),
             strands: Vec::with_capacity(self.strands.len()),
             frames: self.frames.clone(),
@@ -168,8 +182,13 @@ impl Scene {
             let rule = running.world.set_surface_between(a, b, Some(*rule));
             rule.map_err(BuildError::SurfaceRules)?;
         }
-        for joint in &self.joints {
-            running.add_joint(joint)?;
+        let mut replaced = vec![false; self.joints.len()];
+        if self.reduced {
+            self.add_trees(&mut running, &mut replaced)?;
+        }
+        for (joint, replaced) in self.joints.iter().zip(replaced) {
+            // A disabled joint keeps its bodies from colliding.
+            running.add_joint(joint, joint.enabled && !replaced)?;
         }
         for number in 0..self.couplings.len() {
             self.add_coupling(number, &mut running)?;
@@ -201,6 +220,34 @@ impl Scene {
 }
 
 impl Scene {
+    /// Makes articulations of the trees. Marks the joints that they replace, and those that hold
+    /// nothing.
+    fn add_trees(&self, running: &mut Running, replaced: &mut [bool]) -> Result<(), BuildError> {
+        for (number, tree) in self.trees.iter().enumerate() {
+            let user = "a tree";
+            for body in &tree.between {
+                let id = running.at(user, *body)?;
+                if let Some(mut body) = running.world.body_mut(id) {
+                    body.set_enabled(false);
+                }
+            }
+            let bodies = tree.bodies.iter().map(|body| running.at(user, *body));
+            let bodies: Vec<BodyId> = bodies.collect::<Result<_, _>>()?;
+            let made = running.world.articulate(tree.def.clone(), &bodies);
+            let refused = |error| BuildError::Articulation { number, error };
+            running.articulations.push(made.map_err(refused)?);
+            for joint in &tree.joints {
+                if let Some(replaced) = replaced.get_mut(*joint) {
+                    *replaced = true;
+                }
+            }
+        }
+        for (joint, replaced) in self.joints.iter().zip(replaced) {
+            *replaced |= joint.holds_nothing();
+        }
+        Ok(())
+    }
+
     fn add_coupling(&self, number: usize, running: &mut Running) -> Result<(), BuildError> {
         let SceneCoupling { joint_a, axis_a, joint_b, axis_b, ratio, offset } =
             self.couplings[number];
@@ -289,7 +336,7 @@ impl Running {
         self.names.push(name);
     }
 
-    fn add_joint(&mut self, joint: &SceneJoint) -> Result<(), BuildError> {
+    fn add_joint(&mut self, joint: &SceneJoint, enabled: bool) -> Result<(), BuildError> {
         let number = self.joints.len();
         let user = format!("joint {number}");
         let (a, b) = (self.at(&user, joint.body_a)?, self.at(&user, joint.body_b)?);
@@ -297,7 +344,7 @@ impl Running {
             collide_connected: joint.collide_connected,
             strength: joint.strength,
             articulated: joint.articulated,
-            enabled: joint.enabled,
+            enabled,
             user_data: joint.user_data,
             ..JointDef::new(a, b, joint.kind).with_anchors(joint.anchor_a, joint.anchor_b)
         };
@@ -339,7 +386,7 @@ impl Running {
             self.add(name, def.clone())?;
         }
         for joint in &wave.joints {
-            self.add_joint(joint)?;
+            self.add_joint(joint, joint.enabled)?;
         }
         Ok(())
     }

@@ -10,6 +10,7 @@ use drystone::{Axis, BodyDef, BodyKind, JointKind, MassDef, Pose, Quat, ShapeDef
 
 use super::compose::{self, stages};
 use super::link::{Hold, Link, Weight};
+use super::reduce::{self, InTree, Made};
 use crate::error::SceneError;
 use crate::mass::mass_of;
 use crate::scene::{Scene, SceneCoupling, SceneFrame, SceneJoint};
@@ -41,6 +42,9 @@ pub(crate) struct Assembled {
     pub(crate) coordinates: BTreeMap<String, Coordinate>,
     /// Pairs of bodies, the smaller number first, that a joint keeps from colliding.
     apart: BTreeSet<[usize; 2]>,
+    /// Groups of links in the order of their bodies, and places of joints in trees.
+    made: Vec<Made>,
+    in_trees: BTreeMap<String, InTree>,
 }
 
 /// A coordinate of a joint of the file.
@@ -56,7 +60,7 @@ pub(crate) struct Coordinate {
 
 impl Coordinate {
     /// Lets the coordinate be `ratio` times another one plus `offset`, as the file counts both.
-    pub(crate) fn follow(&self, other: &Self, ratio: f32, offset: f32) -> SceneCoupling {
+    fn follow(&self, other: &Self, ratio: f32, offset: f32) -> SceneCoupling {
         SceneCoupling {
             joint_a: other.joint,
             axis_a: other.axis,
@@ -69,6 +73,22 @@ impl Coordinate {
 }
 
 impl Assembled {
+    /// Lets a joint's coordinate be `ratio` times another one plus `offset`, as the file counts
+    /// both.
+    pub(crate) fn couple(
+        &self,
+        [own, other]: [&str; 2],
+        [ratio, offset]: [f32; 2],
+        scene: &mut Scene,
+    ) {
+        if let (Some(a), Some(b)) = (self.coordinates.get(own), self.coordinates.get(other)) {
+            scene.couplings.push(a.follow(b, ratio, offset));
+        }
+        if let (Some(a), Some(b)) = (self.in_trees.get(own), self.in_trees.get(other)) {
+            reduce::couple(*a, *b, [ratio, offset], scene);
+        }
+    }
+
     /// True if the two links are one body, or a joint keeps theirs from colliding.
     pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
         let (a, b) = (self.place[a].0, self.place[b].0);
@@ -136,6 +156,8 @@ pub(crate) fn assemble(
         place: vec![(0, Pose::IDENTITY); links.len()],
         coordinates: BTreeMap::new(),
         apart: BTreeSet::new(),
+        made: Vec::new(),
+        in_trees: BTreeMap::new(),
     };
     for (g, group) in groups.iter().enumerate() {
         let link = &links[group.head];
@@ -161,6 +183,7 @@ pub(crate) fn assemble(
             scene.frames.push(SceneFrame { name, body, pose: on, center: on.point(center) });
         }
     }
+    out.in_trees = reduce::trees(links, &out.made, &world, scene).into_iter().collect();
     let apart = scene.joints.iter().filter(|j| !j.collide_connected);
     out.apart = apart.map(|j| sorted(j.body_a, j.body_b)).collect();
     let left_out = scene.notes.iter().skip(noted).filter(|n| n.contains("left out"));
@@ -213,8 +236,11 @@ impl Chain<'_> {
         let link = &self.links[group.head];
         let name = names.unique(&link.name, group.head);
         let (Hold::Joints(dofs), Some((parent, parent_link))) = (&link.hold, parent) else {
-            return Ok(scene.add(name, def));
+            let body = scene.add(name, def);
+            self.out.made.push(Made::alone(group.head, body));
+            return Ok(body);
         };
+        let (first_joint, first_body) = (scene.joints.len(), scene.bodies.len());
         let stages = stages(dofs, &mut scene.notes);
         let between = stages.len().saturating_sub(1);
         let mut above = parent;
@@ -259,6 +285,15 @@ impl Chain<'_> {
         if between > 0 && !collides {
             tie(scene, parent, above);
         }
+        let share = (0..between).fold(1.0, |rest: f32, _| rest * (1.0 - SHARE));
+        self.out.made.push(Made {
+            head: group.head,
+            body: above,
+            parent: Some(parent),
+            joints: first_joint..scene.joints.len(),
+            between: first_body..above,
+            share,
+        });
         Ok(above)
     }
 }

@@ -77,6 +77,8 @@ pub(crate) struct Dof {
     pub(crate) spring: [f32; 3],
     /// Greatest force of dry friction [N; N m].
     pub(crate) friction: f32,
+    /// Inertia of a rotor that turns with it [kg m²; kg]. Only reduced coordinates have it.
+    pub(crate) armature: f32,
     /// The coordinate at rest as the file counts it, 0 unless the file gives another [m; rad].
     pub(crate) reference: f32,
 }
@@ -93,6 +95,7 @@ impl Dof {
             range: None,
             spring: [0.0; 3],
             friction: 0.0,
+            armature: 0.0,
             reference: 0.0,
         }
     }

@@ -8,6 +8,7 @@ mod assemble;
 mod compose;
 mod hulls;
 mod link;
+mod reduce;
 
 pub(crate) use self::assemble::{Anchored, Assembled, assemble};
 pub(crate) use self::hulls::Hulls;

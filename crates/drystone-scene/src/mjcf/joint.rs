@@ -61,6 +61,7 @@ pub(super) fn read<'a>(
         let loose = turns(view.number("springref")?.unwrap_or(0.0));
         dof.spring = [loose - rest, stiffness, damping];
     }
+    dof.armature = view.at_least_zero("armature")?;
     if option.friction {
         dof.friction = view.at_least_zero("frictionloss")?;
     }

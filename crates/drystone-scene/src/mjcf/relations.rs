@@ -181,8 +181,9 @@ impl<'a> Relations<'_, 'a> {
             let [own, other] = [set[0], set[1]]
                 .map(|n| self.assembled.coordinates.get(&self.walk.joint_names[n]).copied());
             match (own, other) {
-                (Some(own), Some(other)) if (1.0e-6..=1.0e6).contains(&ratio.abs()) => {
-                    scene.couplings.push(own.follow(&other, ratio, offset));
+                (Some(_), Some(_)) if (1.0e-6..=1.0e6).contains(&ratio.abs()) => {
+                    let names = [set[0], set[1]].map(|n| self.walk.joint_names[n].as_str());
+                    self.assembled.couple(names, [ratio, offset], scene);
                 }
                 _ => self.ignore("<joint> of equalities: only hinges and slides follow each other"),
             }

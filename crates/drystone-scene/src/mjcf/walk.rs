@@ -372,7 +372,7 @@ impl<'a> Walk<'a> {
                 Read::Joint(dof) => dofs.push(dof),
             }
             if view.number("armature")?.is_some_and(|a| a > 0.0) {
-                self.ignore("joints: their armature is not read");
+                self.ignore("joints: their armature counts only with --reduced");
             }
         }
         if is_free && !dofs.is_empty() {

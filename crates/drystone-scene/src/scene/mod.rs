@@ -16,7 +16,8 @@ pub(crate) use self::film::{Between, Keys, Link, Sampler};
 
 pub use self::film::Film;
 pub use self::parts::{
-    SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink, SceneStrand, StrandDef,
+    SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink, SceneStrand, SceneTree,
+    StrandDef,
 };
 pub use self::script::{Load, Script, ScriptAction, Wave};
 
@@ -39,6 +40,10 @@ pub struct Scene {
     pub joints: Vec<SceneJoint>,
     /// Its couplings, added after the joints.
     pub couplings: Vec<SceneCoupling>,
+    /// Trees of its bodies in reduced coordinates. They count only if it is `reduced`.
+    pub trees: Vec<SceneTree>,
+    /// Whether the trees are articulations, in place of their joints; default false.
+    pub reduced: bool,
     /// Its particles, in the order in which they are added, after bodies and joints.
     pub strands: Vec<SceneStrand>,
     /// Named places on its bodies.
@@ -74,6 +79,8 @@ impl Scene {
             bodies: Vec::new(),
             joints: Vec::new(),
             couplings: Vec::new(),
+            trees: Vec::new(),
+            reduced: false,
             strands: Vec::new(),
             frames: Vec::new(),
             never_collide: Vec::new(),

@@ -1,7 +1,8 @@
 //! The things that a scene lists: bodies, joints, couplings, frames and strands.
 
+use drystone::articulation::TreeDef;
 use drystone::breakage::JointStrength;
-use drystone::joint::SixDof;
+use drystone::joint::{JointAxis, SixDof};
 use drystone::particle::{ClothDef, LinkKind, ParticleDef, RopeDef};
 use drystone::{Axis, BodyDef, JointKind, Pose, Quat, Vec3};
 
@@ -137,6 +138,18 @@ impl SceneStrand {
 }
 
 impl SceneJoint {
+    /// Whether it only keeps its bodies from colliding.
+    #[must_use]
+    pub fn holds_nothing(&self) -> bool {
+        let is_free = |axes: &[JointAxis; 3]| axes.iter().all(|axis| *axis == JointAxis::FREE);
+        match &self.kind {
+            JointKind::SixDof(six) => {
+                is_free(&six.linear) && is_free(&six.angular) && six.cone.is_none()
+            }
+            _ => false,
+        }
+    }
+
     /// A joint of two bodies, each with its number and anchor [m, its frame]: they do not collide,
     /// and it bears anything.
     #[must_use]
@@ -170,4 +183,17 @@ impl SceneJoint {
         let kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..axes.into() });
         Self::new((a, at_a.local_point(point)), (b, at_b.local_point(point)), kind)
     }
+}
+
+/// A tree of bodies that may be an articulation.
+#[derive(Clone, Debug, Default)]
+pub struct SceneTree {
+    /// Numbers of its bodies, in the order of its links.
+    pub bodies: Vec<usize>,
+    /// Its links and joints.
+    pub def: TreeDef,
+    /// Numbers of the joints that it replaces.
+    pub joints: Vec<usize>,
+    /// Numbers of the bodies between joints, which it does not need.
+    pub between: Vec<usize>,
 }

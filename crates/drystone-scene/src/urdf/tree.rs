@@ -32,13 +32,13 @@ impl Mimic<'_> {
             return Err("it mimics itself".to_owned());
         }
         let (own, other) = (assembled.coordinates.get(name), assembled.coordinates.get(of));
-        let (Some(own), Some(other)) = (own, other) else {
+        let (Some(_), Some(_)) = (own, other) else {
             return Err(format!("it mimics '{of}', and not both are joints that turn or slide"));
         };
         if !(1.0e-6..=1.0e6).contains(&ratio.abs()) {
             return Err(format!("a multiplier of {ratio} is not followed"));
         }
-        scene.couplings.push(own.follow(other, ratio, offset));
+        assembled.couple([name, of], [ratio, offset], scene);
         Ok(())
     }
 

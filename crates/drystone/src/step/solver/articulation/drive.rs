@@ -7,7 +7,7 @@ use crate::base::quat::Quat;
 use crate::reduced::linked::{LinkMotion, turn_between};
 use crate::state::articulations::ArticulationRow;
 use crate::state::bodies::body::Body;
-use crate::state::joints::JointModel;
+use crate::state::joints::{Joint, JointModel};
 use crate::step::context::softness::Softness;
 use crate::step::solver::body::state::BodyState;
 use crate::step::solver::contact::sweep::{self, ContactSweep};
@@ -84,7 +84,8 @@ impl Solver<'_> {
     fn has_joints(&self, body: &Body) -> bool {
         body.ties.joints.iter().any(|row| {
             let joint = self.joint_slots.read(*row as usize);
-            joint.as_ref().is_some_and(|joint| !matches!(joint.model, JointModel::Link))
+            let acts = |joint: &Joint| joint.is_on() && !matches!(joint.model, JointModel::Link);
+            joint.as_ref().is_some_and(acts)
         })
     }
 

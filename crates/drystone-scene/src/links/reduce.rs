@@ -1,0 +1,206 @@
+//! The same links in reduced coordinates: trees for articulations, beside the bodies and joints.
+
+use drystone::articulation::{Articulation, LinkDef, RowSoftness, TreeCoupling, TreeJoint};
+use drystone::{BodyKind, MassDef, Pose, Vec3};
+
+use super::link::{Dof, Hold, Link, Way};
+use crate::scene::{Scene, SceneTree};
+
+/// A group of links that is one body, as the scene has it.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    /// Its first link.
+    pub(super) head: usize,
+    /// Number of its body, and of its parent's.
+    pub(super) body: usize,
+    pub(super) parent: Option<usize>,
+    /// Numbers of the joints that hold it, and of the bodies between them.
+    pub(super) joints: core::ops::Range<usize>,
+    pub(super) between: core::ops::Range<usize>,
+    /// Share of its mass that its body has, beside those between its joints.
+    pub(super) share: f32,
+}
+
+impl Made {
+    /// A group that no joint holds.
+    pub(super) const fn alone(head: usize, body: usize) -> Self {
+        Self { head, body, parent: None, joints: 0..0, between: 0..0, share: 1.0 }
+    }
+}
+
+/// Place of a joint of the file in a tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InTree {
+    tree: usize,
+    link: usize,
+    joint: usize,
+    reference: f64,
+}
+
+/// Adds the trees of these links to the scene. Gives the place of each joint that has one
+/// coordinate.
+pub(super) fn trees(
+    links: &[Link<'_>],
+    made: &[Made],
+    world: &[Pose],
+    scene: &mut Scene,
+) -> Vec<(String, InTree)> {
+    let mut places = Vec::new();
+    // Tree and link of each group, and whether a joint hangs on it.
+    let mut at: Vec<Option<(usize, usize)>> = vec![None; made.len()];
+    let of_body = |body: usize| made.iter().position(|m| m.body == body);
+    let first = scene.trees.len();
+    for (g, group) in made.iter().enumerate() {
+        let link = &links[group.head];
+        let parent = group.parent.and_then(of_body);
+        let kind = |body: usize| scene.bodies[body].def.kind;
+        let MassDef::Exact { mass, center, inertia } = scene.bodies[group.body].def.mass else {
+            continue;
+        };
+        let scale = f64::from(group.share).recip();
+        let pose = match parent {
+            Some(parent) if at[parent].is_some() => {
+                world[made[parent].head].relative(&world[group.head])
+            }
+            _ => world[group.head],
+        };
+        let mut def = LinkDef::default().with_position(wide(pose.position)).with_mass(
+            f64::from(mass) * scale,
+            wide(center),
+            [inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz]
+                .map(|x| f64::from(x) * scale),
+        );
+        let [x, y, z, w] = pose.rotation.to_array();
+        def.rotation = [w, x, y, z].map(f64::from);
+        let (tree, index) = match (&link.hold, parent) {
+            (Hold::Free, _) => {
+                def.joints.push(TreeJoint::free());
+                scene.trees.push(SceneTree::default());
+                (scene.trees.len() - 1, 0)
+            }
+            (Hold::Joints(dofs), Some(parent)) => {
+                let place = match at[parent] {
+                    Some((tree, index)) => {
+                        def.parent = Some(index);
+                        (tree, scene.trees[tree].bodies.len())
+                    }
+                    // A base that moves by itself is no base of a tree.
+                    None if kind(made[parent].body) != BodyKind::Static => continue,
+                    None => {
+                        scene.trees.push(SceneTree::default());
+                        (scene.trees.len() - 1, 0)
+                    }
+                };
+                for dof in dofs {
+                    if matches!(dof.way, Way::Hinge | Way::Slide) {
+                        let (tree, link) = place;
+                        let joint = def.joints.len();
+                        let reference = f64::from(dof.reference);
+                        let at = InTree { tree, link, joint, reference };
+                        places.push((dof.name.clone(), at));
+                    }
+                    add_joint(dof, &mut def.joints);
+                }
+                place
+            }
+            _ => continue,
+        };
+        at[g] = Some((tree, index));
+        let tree = &mut scene.trees[tree];
+        tree.bodies.push(group.body);
+        tree.def.links.push(def);
+        tree.joints.extend(group.joints.clone());
+        tree.between.extend(group.between.clone());
+    }
+    let is_kept = keepable(scene, first);
+    let mut number = vec![None; scene.trees.len()];
+    let kept = (first..).zip(is_kept.iter().enumerate().filter(|(_, kept)| **kept));
+    for (new, (old, _)) in kept {
+        number[first + old] = Some(new);
+    }
+    let mut index = 0;
+    scene.trees.retain(|_| {
+        index += 1;
+        number[..first].get(index - 1).is_some() || number[index - 1].is_some()
+    });
+    places.retain_mut(|(_, place): &mut (String, InTree)| {
+        let new = number[place.tree];
+        place.tree = new.unwrap_or(place.tree);
+        new.is_some()
+    });
+    places
+}
+
+/// Adds a joint of the file to those of a link.
+fn add_joint(dof: &Dof, joints: &mut Vec<TreeJoint>) {
+    let [rest, stiffness, damping] = dof.spring.map(f64::from);
+    let reference = f64::from(dof.reference);
+    let dress = |mut joint: TreeJoint| {
+        joint.anchor = wide(dof.anchor);
+        joint.reference = reference;
+        joint.damping = damping;
+        joint.stiffness = stiffness;
+        joint.rest = rest + reference;
+        joint.friction = f64::from(dof.friction);
+        joint.armature = f64::from(dof.armature);
+        joint.range = dof.range.map(|range| range.map(|x| f64::from(x) + reference));
+        joint
+    };
+    match dof.way {
+        Way::Hinge => joints.push(dress(TreeJoint::hinge(wide(dof.axis)))),
+        Way::Slide => joints.push(dress(TreeJoint::slide(wide(dof.axis)))),
+        Way::Ball => {
+            let ball = dress(TreeJoint::ball());
+            joints.push(TreeJoint { reference: 0.0, rest: 0.0, ..ball });
+        }
+        Way::Planar => {
+            let x = dof.axis.any_perpendicular();
+            let y = dof.axis.cross(x);
+            let free = |joint: TreeJoint| TreeJoint { range: None, stiffness: 0.0, ..dress(joint) };
+            joints.extend(TreeJoint::planar(wide(x), wide(y)).into_iter().map(free));
+        }
+    }
+}
+
+/// Lets a joint follow another in its tree: `ratio` times its coordinate plus `offset`, as the file
+/// counts both.
+pub(super) fn couple(own: InTree, other: InTree, [ratio, offset]: [f32; 2], scene: &mut Scene) {
+    let [ratio, offset] = [ratio, offset].map(f64::from);
+    if own.tree != other.tree {
+        scene.notes.push(
+            "a joint follows one of another robot: not with --reduced, where it moves freely"
+                .into(),
+        );
+        return;
+    }
+    let start = offset + ratio * other.reference - own.reference;
+    scene.trees[own.tree].def.couplings.push(TreeCoupling {
+        follower: (own.link, own.joint),
+        leader: Some((other.link, other.joint)),
+        polynomial: [start, ratio, 0.0, 0.0, 0.0],
+        softness: RowSoftness::Rigid,
+    });
+}
+
+fn wide(v: Vec3) -> [f64; 3] {
+    v.to_array().map(f64::from)
+}
+
+/// Whether each tree from the number `first` on can be an articulation. A lone body that nothing
+/// holds is none.
+fn keepable(scene: &mut Scene, first: usize) -> Vec<bool> {
+    let mut notes = Vec::new();
+    let is_kept = |tree: &SceneTree| {
+        if tree.def.links.len() == 1 && tree.joints.is_empty() {
+            return false;
+        }
+        let made = Articulation::new(&tree.def, [0.0; 3]);
+        if let Err(e) = &made {
+            notes.push(format!("with --reduced, a tree stays bodies and joints: {e}"));
+        }
+        made.is_ok()
+    };
+    let kept = scene.trees[first..].iter().map(is_kept).collect();
+    scene.notes.append(&mut notes);
+    kept
+}
