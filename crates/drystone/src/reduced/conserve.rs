@@ -241,7 +241,9 @@ impl<N: Number> Tree<N> {
         // Below this the inner motion is rounding.
         let minimum = N::splat(16.0 * N::EPSILON) * (kinetic + locked_energy) + N::splat(1.0e-30);
         let safe = minimum.if_less(inner, inner, one);
-        let ratio = (wanted / safe).greater(zero).lesser(N::splat(MAX_GAIN));
+        // Contacts rest only if nothing drives them.
+        let most = if work.has_contacts { one } else { N::splat(MAX_GAIN) };
+        let ratio = (wanted / safe).greater(zero).lesser(most);
         let scale = minimum.if_less(inner, ratio.sqrt(), one);
         let base = if floating { 6 } else { 0 };
         for rate in &mut state.v[base..] {

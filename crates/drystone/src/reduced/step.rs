@@ -253,8 +253,11 @@ impl<N: Number> Tree<N> {
             linear: (before.momentum.linear + momentum.linear) * half,
             whole,
         };
-        self.track(state, &goal, config, work);
-        if config.keep_energy {
+        // A tree in contact must stay where it touches: only its velocities are corrected.
+        if !work.has_contacts {
+            self.track(state, &goal, config, work);
+        }
+        if config.keep_energy && !work.has_contacts {
             self.align(state, &goal, N::one(), config, work);
             let held = self.hold_back(state, &goal, h, config, work, &mut buffers);
             // A motion that was shortened has stretched springs less, and has not closed gaps.

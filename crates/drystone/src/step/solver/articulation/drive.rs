@@ -1,6 +1,7 @@
 //! The part that articulations take in the passes of a group.
 
-use super::group::{LinkIn, TreeGroup, TreeIn, inverse, times};
+use super::group::{LinkContact, LinkIn, TreeGroup, TreeIn, inverse, times};
+use super::rows::Jacobian;
 use crate::base::limits;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
@@ -156,7 +157,7 @@ impl Solver<'_> {
             let block = self.contact.blocks.read(contact.block);
             for (end, row) in contact.bodies.iter().enumerate().filter(|(_, row)| **row != 0) {
                 for k in 0..contact.count + 3 {
-                    let jacobian = super::rows::Jacobian::of(block, contact.lane, k, contact.count);
+                    let jacobian = Jacobian::of(block, contact.lane, k, contact.count);
                     let impulse = impulse_of(block, contact.lane, k, contact.count);
                     jacobian.push(end, impulse, self.body.solver_bodies.row(*row as usize));
                 }
@@ -194,6 +195,7 @@ impl Solver<'_> {
         self.find_bounces(trees);
         for index in 0..trees.contacts.len() {
             let contact = trees.contacts[index];
+            self.bound_warm_start(trees, &contact);
             let block = self.contact.blocks.read(contact.block);
             for k in 0..contact.count + 3 {
                 let row = trees.rows[contact.first + k];
@@ -202,6 +204,39 @@ impl Solver<'_> {
             }
         }
         self.show_links(trees, true);
+    }
+
+    /// Bounds the speed that the impulses of the last substep give the tree: its response may have
+    /// changed since. A body that it touches has got them, and gives the rest back.
+    #[expect(clippy::cast_possible_truncation, reason = "blocks have this precision")]
+    fn bound_warm_start(&self, trees: &TreeGroup, contact: &LinkContact) {
+        let (block, lane) = (self.contact.blocks.row(contact.block), contact.lane);
+        let points = 0..contact.count;
+        let most = |k: usize| {
+            let row = &trees.rows[contact.first + k];
+            (row.mass * row.part * f64::from(self.ctx.warm_max)) as f32
+        };
+        let part = |k: usize| {
+            let impulse = block.points[k].impulse[lane];
+            if impulse > most(k) { most(k) / impulse } else { 1.0 }
+        };
+        let part = points.map(part).fold(1.0, f32::min);
+        if part >= 1.0 {
+            return;
+        }
+        for k in 0..contact.count + 3 {
+            let jacobian = Jacobian::of(block, lane, k, contact.count);
+            let impulse = if k < contact.count {
+                &mut block.points[k].impulse[lane]
+            } else {
+                &mut block.friction[k - contact.count][lane]
+            };
+            let old = core::mem::replace(impulse, *impulse * part);
+            let change = f64::from(*impulse) - f64::from(old);
+            for (end, row) in contact.bodies.iter().enumerate().filter(|(_, row)| **row != 0) {
+                jacobian.push(end, change, self.body.solver_bodies.row(*row as usize));
+            }
+        }
     }
 
     /// Solves the trees of a group: own rows and contacts, over whitened velocities.

@@ -69,6 +69,9 @@ pub(super) struct LinkRow {
     pub(super) end: usize,
     /// Inverse of the row's response.
     pub(super) mass: f64,
+    /// Speed at which the tree has as much energy along the row as free links at a speed of 1, at
+    /// most 1. Links that hardly move along the row move the whole tree fast.
+    pub(super) part: f64,
 }
 
 /// The articulations of a group.

@@ -14,9 +14,9 @@ use crate::step::solver_body::SolverBody;
 /// may be unable to move along some of them.
 const MIN_TANGENT: f64 = 1.0e-6;
 
-/// Part of the response of free links below which a row's response is rounding: the links cannot
-/// move along it.
-const FREE_PART: f64 = 1.0e-9;
+/// Part of the response of free links that each row has at least. Links may be unable to move along
+/// it.
+const FREE_PART: f64 = 1.0e-6;
 
 /// Response of a row if its links were free.
 fn free_response(contact: &LinkContact, jacobian: &Jacobian) -> f64 {
@@ -183,9 +183,12 @@ impl Solver<'_> {
         let end = trees.sparse.numbers.len();
         let own = trees.sparse.numbers[begin..end].iter().map(|x| x * x).sum::<f64>();
         let square = own + self.body_response(contact, jacobian, jacobian);
-        let mass =
-            if square > FREE_PART * free_response(contact, jacobian) { 1.0 / square } else { 0.0 };
-        LinkRow { begin, end, mass }
+        let free = free_response(contact, jacobian);
+        let response = square + FREE_PART * free;
+        if !(response > 0.0) {
+            return LinkRow { begin, end, mass: 0.0, part: 0.0 };
+        }
+        LinkRow { begin, end, mass: 1.0 / response, part: (response / free).sqrt().min(1.0) }
     }
 
     fn body_response(&self, contact: &LinkContact, a: &Jacobian, b: &Jacobian) -> f64 {
@@ -232,16 +235,16 @@ impl Solver<'_> {
         }
         let trace = k[0] + k[2] + k[5];
         let free: f64 = jacobians.iter().map(|j| free_response(contact, j)).sum();
-        if !(trace > FREE_PART * free) {
+        if !(trace > 1.0e-9 * free) {
             (contact.mass_t, contact.mass_slide) = ([0.0; 6], 0.0);
             return;
         }
-        let least = MIN_TANGENT * trace;
+        let least = MIN_TANGENT * trace + FREE_PART * free;
         let [k11, k12, k22, k13, k23, k33] = k;
         let m = inverse(&[k11 + least, k22 + least, k33 + least, k12, k13, k23]);
         let [m11, m22, m33, m12, m13, m23] = m;
         contact.mass_t = [m11, m12, m22, m13, m23, m33];
-        contact.mass_slide = 1.0 / trace;
+        contact.mass_slide = 1.0 / (trace + least);
     }
 }
 

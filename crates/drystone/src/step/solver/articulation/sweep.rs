@@ -3,7 +3,7 @@
 //! The laws are those of the contact kernel (`contact/kernel.rs`), contact by contact. A row's
 //! response is that of the whole tree.
 
-use super::group::{LinkContact, TreeGroup};
+use super::group::{LinkContact, LinkRow, TreeGroup};
 use super::rows::Jacobian;
 use crate::step::solver::contact::block::{ContactBlock, Extra};
 use crate::step::solver::contact::sweep::{ContactSweep, DEEP_RATE};
@@ -93,8 +93,8 @@ impl Solver<'_> {
                 speed += drift;
                 s += drift * f64::from(sweep.elapsed);
             }
-            let mass = trees.rows[contact.first + k].mass;
-            let law = law_of(contact, k, (mass, s, speed), extra, sweep);
+            let row = &trees.rows[contact.first + k];
+            let law = law_of(contact, k, (row, s, speed), extra, sweep);
             let impulse = f64::from(block.points[k].impulse[lane]);
             let q = (law.target + law.leak * impulse).max(law.floor);
             let new = (impulse - (q + law.gain * speed).min(impulse)).max(0.0);
@@ -237,14 +237,15 @@ impl Solver<'_> {
     }
 }
 
-/// The law of a point with this mass, separation [m] and speed [m/s].
+/// The law of a point with this row, separation [m] and speed [m/s].
 fn law_of(
     contact: &LinkContact,
     k: usize,
-    (mass, s, speed): (f64, f64, f64),
+    (row, s, speed): (&LinkRow, f64, f64),
     extra: Option<&Extra>,
     sweep: &ContactSweep,
 ) -> Law {
+    let mass = row.mass;
     let inv_h = f64::from(sweep.inv_h);
     let rigid = Law { target: 0.0, leak: 0.0, floor: f64::MIN, gain: mass };
     if contact.bounce[k] > 0.0 && !sweep.relaxes {
@@ -270,10 +271,12 @@ fn law_of(
         return Law { target: mass * s * inv_h, ..rigid };
     }
     let soft = &sweep.softness;
+    // Closing an overlap gives no more energy than it would give free links.
+    let fastest = (-f64::from(sweep.cap)).min(s * f64::from(DEEP_RATE)) * row.part;
     Law {
         target: mass * f64::from(soft.rate) * s,
         leak: f64::from(soft.impulse),
-        floor: mass * (-f64::from(sweep.cap)).min(s * f64::from(DEEP_RATE)),
+        floor: mass * fastest,
         gain: mass * f64::from(soft.mass),
     }
 }
