@@ -23,11 +23,8 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
 /// The scene of a file with its trees reduced; `None` if it has none or is no robot.
 fn reduced(path: &Path) -> Option<Scene> {
     let is_robot = path.extension().is_some_and(|e| e == "urdf");
-    let read = if is_robot {
-        urdf::load(path, &urdf::Options::default())
-    } else {
-        mjcf::load(path)
-    };
+    let read =
+        if is_robot { urdf::load(path, &urdf::Options::default()) } else { mjcf::load(path) };
     let mut scene = read.ok()?;
     scene.reduced = true;
     (!scene.trees.is_empty()).then_some(scene)

@@ -141,9 +141,9 @@ pub mod joint {
 pub mod articulation {
     //! Trees of links in reduced coordinates: robots, chains, mechanisms.
     //!
-    //! The state of a tree is one number for each angle or displacement of a joint, so joints cannot
-    //! drift. An [`Articulation`] has forward kinematics, Jacobians, mass matrix, bias forces,
-    //! inverse and forward dynamics, and a step that gives no passive tree energy.
+    //! The state of a tree is one number for each angle or displacement of a joint, so joints
+    //! cannot drift. An [`Articulation`] has forward kinematics, Jacobians, mass matrix, bias
+    //! forces, inverse and forward dynamics, and a step that gives no passive tree energy.
     //!
     //! ```
     //! use drystone::articulation::{Articulation, LinkDef, TreeDef, TreeJoint};
@@ -168,28 +168,29 @@ pub mod articulation {
     //!
     //! # Conventions
     //!
-    //! Coordinates `q` and velocities `v` are those of MuJoCo: joint after joint, link after link. A
-    //! hinge and a slide have one number in each; a ball four and three, a free joint seven and six.
-    //! Quaternions have the real part first. Angular velocities of ball and free joints are in the
-    //! link's axes, the linear velocity of a free joint in the world's. Generalized forces belong to
-    //! `v`. A link with several joints has them in a row; a fixed link has none.
+    //! Coordinates `q` and velocities `v` are those of MuJoCo: joint after joint, link after link.
+    //! A hinge and a slide have one number in each; a ball four and three, a free joint seven and
+    //! six. Quaternions have the real part first. Angular velocities of ball and free joints are in
+    //! the link's axes, the linear velocity of a free joint in the world's. Generalized forces
+    //! belong to `v`. A link with several joints has them in a row; a fixed link has none.
     //!
     //! # How it is computed
     //!
-    //! Spatial vectors stand in world axes about the origin of the first link (`spatial.rs`). The mass
-    //! matrix is made of composite bodies and factored along the branches as LᵀDL [Featherstone08]
-    //! (`dynamics.rs`). Articulated bodies (`bodies.rs`) give the same accelerations. A step
-    //! (`step.rs`) takes forces in the middle of the motion (`velocities.rs`), then restores momentum
-    //! and energy (`conserve.rs`). All code is over numbers or lanes (`number.rs`), so the same tree in
-    //! several worlds goes side by side with the same bits as alone.
+    //! Spatial vectors stand in world axes about the origin of the first link (`spatial.rs`). The
+    //! mass matrix is made of composite bodies and factored along the branches as LᵀDL
+    //! [Featherstone08] (`dynamics.rs`). Articulated bodies (`bodies.rs`) give the same
+    //! accelerations. A step (`step.rs`) takes forces in the middle of the motion
+    //! (`velocities.rs`), then restores momentum and energy (`conserve.rs`). All code is over
+    //! numbers or lanes (`number.rs`), so the same tree in several worlds goes side by side with
+    //! the same bits as alone.
     //!
     //! # Rows
     //!
     //! Limits, friction, couplings, tendons and closures are rows (`row.rs`, `gather.rs`): w with
     //! impulse λ on whitened velocities y = √D L v. A row has up to two segments of y. A tree's
-    //! segment is D^-½ L^-ᵀ Jᵀ, a free body's is J over √m and √I. So a contact of a tree with a tree,
-    //! a body or the ground is a normal row and friction rows in the same sweep. The contact's Jacobian
-    //! is that of its point along the normal (`fill_direction`).
+    //! segment is D^-½ L^-ᵀ Jᵀ, a free body's is J over √m and √I. So a contact of a tree with a
+    //! tree, a body or the ground is a normal row and friction rows in the same sweep. The
+    //! contact's Jacobian is that of its point along the normal (`fill_direction`).
 
     pub use crate::base::id::ArticulationId;
     pub use crate::reduced::{

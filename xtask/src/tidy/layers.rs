@@ -11,11 +11,11 @@ const FACE: [&str; 2] = ["lib", "manual"];
 const LAYERS: &[(&str, &[&str])] = &[
     ("base", &[]),
     ("geometry", &["base"]),
-    ("articulation", &["base"]),
-    ("state", &["base", "geometry"]),
-    ("step", &["base", "geometry", "state"]),
+    ("reduced", &["base"]),
+    ("state", &["base", "geometry", "reduced"]),
+    ("step", &["base", "geometry", "reduced", "state"]),
     ("query", &["base", "geometry", "state"]),
-    ("world", &["base", "geometry", "state", "step", "query"]),
+    ("world", &["base", "geometry", "reduced", "state", "step", "query"]),
 ];
 
 pub fn check(tree: &Tree) -> Vec<String> {

@@ -5,8 +5,6 @@ use core::fmt::{Display, Formatter};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
-use crate::state::def::DefError;
-
 /// The kind of a joint, with the coordinates that it adds to `q` and `v`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
@@ -331,9 +329,9 @@ impl TreeError {
         Self { place: place.to_string(), value: value.to_string(), allowed: allowed.to_owned() }
     }
 
-    /// The same error as one of a definition, for a field inside `outer`.
-    pub(crate) fn into_def_error(self, outer: &str) -> DefError {
-        DefError::new(&self.place, self.value, &self.allowed).within(outer)
+    /// The value, and the allowed values.
+    pub(crate) fn told(&self) -> [&str; 2] {
+        [&self.value, &self.allowed]
     }
 
     /// The field with its link, such as `links[2].mass`.

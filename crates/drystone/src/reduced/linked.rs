@@ -1,4 +1,4 @@
-//! What the solver of a world needs of a tree: motion of links, and rows at points of links.
+//! Access of a world's solver to a tree: motion of links, rows at their centers.
 
 use super::spatial::{Rotation, Spatial, Vector};
 use super::tree::Tree;

@@ -1,25 +1,21 @@
 //! Articulations of a world: adding, reading, driving and removing them.
 
+mod bodies;
+mod view;
+
+use self::bodies::link_bodies;
+pub use self::view::{ArticulationMut, ArticulationRef};
 use super::World;
 use super::body::BodyMut;
-use super::change::mass::principal_moments;
 use crate::base::id::{ArticulationId, BodyId};
-use crate::base::math::{Vec3, vec3};
-use crate::base::sym3::Sym3;
-use crate::geometry::mass::MassProperties;
+use crate::base::math::Vec3;
 use crate::reduced::linked::LinkMotion;
-use crate::reduced::{Articulation, LinkDef, TreeDef, TreeError, TreeStepConfig};
+use crate::reduced::{Articulation, TreeDef, TreeError, TreeStepConfig};
 use crate::state::articulations::ArticulationRow;
 use crate::state::colors::Place;
-use crate::state::def::{AxisLocks, BodyDef, BodyKind, DefError, MassDef, ShapeDef};
+use crate::state::def::{AxisLocks, BodyKind, DefError, ShapeDef};
 use crate::state::joints::{Joint, JointModel, Switch};
 use crate::state::tables::Tables;
-
-/// Part of an articulation's mass that a link has in contacts at least.
-const MIN_PART: f64 = 1.0e-6;
-
-/// Part of a link's largest moment of inertia that each of its moments is at least.
-const MIN_MOMENT: f32 = 1.0e-5;
 
 /// Definition of an articulation: a tree of links in reduced coordinates, and their shapes.
 ///
@@ -31,10 +27,11 @@ const MIN_MOMENT: f32 = 1.0e-5;
 /// let mut world = World::default();
 /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::box_half([5.0, 0.5, 5.0])))?;
 /// // An arm of two links on a hinge 1 m above the floor, and another between them.
-/// let link = || LinkDef::default().with_mass(1.0, [0.25, 0.0, 0.0], [0.02, 0.02, 0.02, 0.0, 0.0, 0.0]);
+/// let inertia = [0.02, 0.02, 0.02, 0.0, 0.0, 0.0];
+/// let link = |parent| LinkDef::on(parent).with_mass(1.0, [0.25, 0.0, 0.0], inertia);
 /// let hinge = TreeJoint::hinge([0.0, 0.0, 1.0]);
-/// let upper = link().with_position([0.0, 1.0, 0.0]).with_joint(hinge.clone());
-/// let lower = LinkDef { parent: Some(0), ..link() }.with_position([0.5, 0.0, 0.0]).with_joint(hinge);
+/// let upper = link(None).with_position([0.0, 1.0, 0.0]).with_joint(hinge.clone());
+/// let lower = link(Some(0)).with_position([0.5, 0.0, 0.0]).with_joint(hinge);
 /// let tree = TreeDef { links: vec![upper, lower], ..TreeDef::default() };
 /// let rod = || ShapeDef::box_half([0.25, 0.05, 0.05]).with_position([0.25, 0.0, 0.0]);
 /// let arm = ArticulationDef::new(tree).with_shape(0, rod()).with_shape(1, rod());
@@ -87,130 +84,6 @@ impl ArticulationDef {
     }
 }
 
-/// An articulation of a world, read-only.
-#[derive(Clone, Copy, Debug)]
-pub struct ArticulationRef<'w> {
-    tables: &'w Tables,
-    row: &'w ArticulationRow,
-    id: ArticulationId,
-}
-
-impl<'w> ArticulationRef<'w> {
-    /// Its id.
-    #[must_use]
-    pub const fn id(&self) -> ArticulationId {
-        self.id
-    }
-
-    /// The tree with its present state: coordinates, kinematics, Jacobians, dynamics.
-    #[must_use]
-    pub const fn model(&self) -> &'w Articulation {
-        &self.row.model
-    }
-
-    /// Its definition, without shapes.
-    #[must_use]
-    pub const fn tree(&self) -> &'w TreeDef {
-        &self.row.def
-    }
-
-    /// Coordinates \[m, rad, unit quaternions\].
-    #[must_use]
-    pub fn q(&self) -> &'w [f64] {
-        self.row.model.q()
-    }
-
-    /// Velocities \[m/s, rad/s\].
-    #[must_use]
-    pub fn v(&self) -> &'w [f64] {
-        self.row.model.v()
-    }
-
-    /// Number of links.
-    #[must_use]
-    pub const fn link_count(&self) -> usize {
-        self.row.model.link_count()
-    }
-
-    /// The body of a link.
-    #[must_use]
-    pub fn body(&self, link: usize) -> Option<BodyId> {
-        Some(self.tables.bodies.id(*self.row.bodies.get(link)?))
-    }
-
-    /// The bodies of all links, in their order.
-    pub fn bodies(&self) -> impl Iterator<Item = BodyId> + use<'w> {
-        let bodies = &self.tables.bodies;
-        self.row.bodies.iter().map(|row| bodies.id(*row))
-    }
-
-    /// Whether it sleeps.
-    #[must_use]
-    pub fn is_asleep(&self) -> bool {
-        self.row.bodies.iter().any(|row| self.tables.bodies.at(*row).sleeps())
-    }
-}
-
-/// An articulation of a world for changes.
-#[derive(Debug)]
-pub struct ArticulationMut<'w> {
-    world: &'w mut World,
-    row: u32,
-    id: ArticulationId,
-}
-
-impl ArticulationMut<'_> {
-    /// The articulation, read-only.
-    #[must_use]
-    pub fn get(&self) -> ArticulationRef<'_> {
-        self.world.articulation(self.id).expect("what is borrowed is not removed")
-    }
-
-    fn model(&mut self) -> &mut Articulation {
-        let rows = &mut self.world.tables.articulations.rows;
-        &mut rows.at_mut(self.row).expect("what is borrowed is not removed").model
-    }
-
-    /// Wakes it.
-    pub fn wake(&mut self) {
-        for body in self.world.bodies_of_articulation(self.row) {
-            self.world.sets().wake(body);
-        }
-    }
-
-    /// Sets coordinates \[m, rad, quaternions of any length\] and velocities \[m/s, rad/s\]. Moves
-    /// its bodies and wakes them. An articulation that a fault took out of the world comes back.
-    ///
-    /// # Errors
-    /// A wrong number of values, one that is not finite or beyond 1e12, or a quaternion of length
-    /// 0. Nothing is changed then.
-    pub fn set_state(&mut self, q: &[f64], v: &[f64]) -> Result<(), TreeError> {
-        self.model().set_state(q, v)?;
-        self.world.place_links(self.row);
-        self.wake();
-        Ok(())
-    }
-
-    /// Sets the generalized forces \[N m, N\] that act in all following steps; 0 at first. Wakes
-    /// it if they change.
-    ///
-    /// # Errors
-    /// A wrong number of values, or one that is not finite or beyond 1e12.
-    pub fn set_forces(&mut self, tau: &[f64]) -> Result<(), TreeError> {
-        let same = self.model().tau == tau;
-        self.model().set_forces(tau)?;
-        if !same {
-            self.wake();
-        }
-        Ok(())
-    }
-
-    /// Sets the tuning of the step; numbers out of range count as the nearest in it.
-    pub fn set_config(&mut self, config: TreeStepConfig) {
-        self.model().set_config(config);
-    }
-}
-
 impl World {
     /// Adds an articulation: a body for each link, which collides as any other body. A link and its
     /// parent do not collide. A link that nothing moves is a static body.
@@ -221,11 +94,11 @@ impl World {
     pub fn add_articulation(&mut self, def: ArticulationDef) -> Result<ArticulationId, DefError> {
         self.check_method()?;
         let gravity = self.tables.config.gravity.to_array().map(f64::from);
-        let refused = |e: TreeError| e.into_def_error("tree");
+        let refused = |e: TreeError| def_error(e, "tree");
         let mut model = Articulation::new(&def.tree, gravity).map_err(refused)?;
         let q = def.q.unwrap_or_else(|| model.q().to_vec());
         let v = def.v.unwrap_or_else(|| model.v().to_vec());
-        model.set_state(&q, &v).map_err(|e| e.into_def_error("state"))?;
+        model.set_state(&q, &v).map_err(|e| def_error(e, "state"))?;
         model.set_config(def.config);
         let mut bodies = link_bodies(&def.tree, &model);
         for (link, shape) in def.shapes {
@@ -271,7 +144,7 @@ impl World {
     ) -> Result<ArticulationId, DefError> {
         self.check_method()?;
         let gravity = self.tables.config.gravity.to_array().map(f64::from);
-        let model = Articulation::new(&tree, gravity).map_err(|e| e.into_def_error("tree"))?;
+        let model = Articulation::new(&tree, gravity).map_err(|e| def_error(e, "tree"))?;
         if bodies.len() != model.link_count() {
             let allowed = format!("{} bodies, one for each link", model.link_count());
             return Err(DefError::new("bodies", format!("{} bodies", bodies.len()), &allowed));
@@ -374,19 +247,19 @@ impl World {
         let tables = &self.tables;
         let row = tables.articulations.rows.row(id)?;
         let row = tables.articulations.rows.at(row)?;
-        Some(ArticulationRef { tables, row, id })
+        Some(ArticulationRef::new(tables, row, id))
     }
 
     /// An articulation for changes.
     pub fn articulation_mut(&mut self, id: ArticulationId) -> Option<ArticulationMut<'_>> {
         let row = self.tables.articulations.rows.row(id)?;
-        Some(ArticulationMut { world: self, row, id })
+        Some(ArticulationMut::new(self, row, id))
     }
 
     /// All articulations, in the order of their slots.
     pub fn articulations(&self) -> impl Iterator<Item = ArticulationRef<'_>> {
         let tables = &self.tables;
-        tables.articulations.rows.iter().map(|(id, row)| ArticulationRef { tables, row, id })
+        tables.articulations.rows.iter().map(|(id, row)| ArticulationRef::new(tables, row, id))
     }
 
     /// Removes an articulation with all its bodies. False if there is no such articulation.
@@ -465,56 +338,6 @@ impl BodyMut<'_> {
     }
 }
 
-/// Bodies for the links of a tree, without shapes.
-fn link_bodies(def: &TreeDef, model: &Articulation) -> Vec<BodyDef> {
-    let total: f64 = def.links.iter().map(|link| link.mass).sum();
-    let least = (total * MIN_PART).max(1.0e-6);
-    let body = |(index, link): (usize, &LinkDef)| {
-        let motion = model.tree.link_motion(index, &model.work);
-        let state = crate::step::solver::link_state(&motion);
-        let moves = model.tree.moves(index);
-        let kind = if moves { BodyKind::Dynamic } else { BodyKind::Static };
-        let mass = MassDef::Exact {
-            mass: narrow(link.mass.max(least)),
-            center: vec3(narrow(link.center[0]), narrow(link.center[1]), narrow(link.center[2])),
-            inertia: moments_of(link, least),
-        };
-        let mut body = BodyDef { kind, ..BodyDef::dynamic() };
-        if moves {
-            body.mass = mass;
-            (body.linear_velocity, body.angular_velocity) = (state.v, state.w);
-            let center =
-                vec3(narrow(link.center[0]), narrow(link.center[1]), narrow(link.center[2]));
-            body.position = state.center - state.rotation.rotate(center);
-        } else {
-            let (position, _) = model.pose(index).unwrap_or_default();
-            body.position = vec3(narrow(position[0]), narrow(position[1]), narrow(position[2]));
-        }
-        body.rotation = state.rotation;
-        body
-    };
-    def.links.iter().enumerate().map(body).collect()
-}
-
-/// Inertia of a link for contacts: no axis has much less than the others.
-fn moments_of(link: &LinkDef, least: f64) -> Sym3 {
-    let [xx, yy, zz, xy, xz, yz] = link.inertia.map(narrow);
-    let inertia = Sym3 { xx, yy, zz, xy, xz, yz };
-    let mass = MassProperties { mass: 1.0, center: Vec3::ZERO, inertia };
-    let moments = principal_moments(&mass).0;
-    // A link without inertia turns as a ball of 1 cm.
-    let floor = (moments.max_element() * MIN_MOMENT).max(narrow(4.0e-5 * least));
-    if moments.min_element() >= floor {
-        return inertia;
-    }
-    Sym3 { xx: xx + floor, yy: yy + floor, zz: zz + floor, ..inertia }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "bodies have this precision")]
-const fn narrow(x: f64) -> f32 {
-    x as f32
-}
-
 fn link_joint(body_a: u32, body_b: u32) -> Joint {
     Joint {
         body_a,
@@ -534,4 +357,10 @@ fn link_joint(body_a: u32, body_b: u32) -> Joint {
         strength: None,
         place: Place::NOWHERE,
     }
+}
+
+/// The error of a tree as one of a definition, for a field inside `outer`.
+fn def_error(e: TreeError, outer: &str) -> DefError {
+    let [value, allowed] = e.told();
+    DefError::new(e.place(), value, allowed).within(outer)
 }

@@ -370,8 +370,8 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Locks axes [world]. Velocity along and about locked axes becomes 0. Nothing happens to a link
-    /// of an articulation.
+    /// Locks axes [world]. Velocity along and about locked axes becomes 0. Nothing happens to a
+    /// link of an articulation.
     pub fn set_locks(&mut self, locks: AxisLocks) {
         let body = self.body();
         if body.record.is_link {

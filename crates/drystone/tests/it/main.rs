@@ -3,6 +3,8 @@
 
 #[cfg(feature = "snapshot")]
 mod contract_limits;
+mod property_articulations;
+mod scenario_articulations;
 #[cfg(feature = "snapshot")]
 mod contract_executor;
 mod contract_events;

@@ -13,9 +13,12 @@
 //! Reads: bodies, contact blocks. Writes: articulations, solver bodies of links and of what they
 //! touch, impulses in blocks. Runs: one worker for all trees of a group, in order.
 
+mod begin;
 mod drive;
-pub(crate) use self::drive::state_of as link_state;
 pub(crate) mod group;
 pub(crate) mod lent;
+mod motion;
 mod rows;
 mod sweep;
+
+pub(crate) use self::motion::state_of as link_state;

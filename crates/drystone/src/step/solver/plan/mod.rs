@@ -8,7 +8,9 @@
 //! valid until a constraint is added or removed.
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod articulations;
 pub(crate) mod bins;
+mod changes;
 pub(crate) mod forest;
 pub(crate) mod group;
 pub(crate) mod joint_class;
@@ -18,6 +20,7 @@ pub(crate) mod survey;
 pub(crate) mod turning;
 
 use self::bins::Bins;
+use self::changes::{take_dirty, take_joint_changes};
 use self::forest::Forest;
 use self::group::{Group, number};
 use self::joint_class::{COUPLED, LINKED, OFTEN, SIX_DOF, TREE, TURNING, class_of};
@@ -32,7 +35,7 @@ use crate::base::threads::jobs::{Jobs, for_each, for_items, grain};
 use crate::state::articulations::Articulations;
 use crate::state::bodies::body::{Body, Subdivision};
 use crate::state::bodies::{Bodies, NONE};
-use crate::state::colors::{Coloring, Colors};
+use crate::state::colors::Colors;
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
 use crate::state::joints::Joints;
@@ -164,8 +167,8 @@ impl Plan {
         if chosen.iter().all(|subdivision| *subdivision == Subdivision::Whole) {
             return;
         }
-        // Particles run at the world's substeps, so islands that they drag are not subdivided. Links
-        // do not need it.
+        // Particles run at the world's substeps, so islands that they drag are not subdivided.
+        // Links do not need it.
         self.survey.make(bodies, |_| false, jobs);
         let stays = |body: &&Body| body.record.dragged || body.record.is_link;
         for body in self.survey.marked(bodies).filter(stays) {
@@ -283,25 +286,6 @@ impl Plan {
                 first..self.articulations.partition_point(|(of, _)| *of <= number);
         }
         self.bins.place(bodies, joints, &self.members, &mut self.groups);
-    }
-
-    /// Finds the group of each articulation. One whose links are not all in a group, such as one
-    /// that sleeps, is in none.
-    fn place_articulations(&mut self, articulations: &Articulations, solver_row_of: &[u32]) {
-        self.articulations.clear();
-        for (id, row) in articulations.rows.iter() {
-            let moving = (0..).zip(&row.bodies).filter(|(link, _)| row.model.tree.moves(*link));
-            let mut groups = moving.map(|(_, body)| match solver_row_of[*body as usize] {
-                0 => None,
-                solver_row => Some(self.group_of_row[solver_row as usize]),
-            });
-            if let Some(Some(first)) = groups.next()
-                && groups.all(|group| group == Some(first))
-            {
-                self.articulations.push((u64::from(first), id.index()));
-            }
-        }
-        self.articulations.sort_unstable();
     }
 
     /// Places contacts in blocks, all colors in parallel. `links`: the bodies, if some are links.
@@ -515,20 +499,4 @@ impl Plan {
         }
         moved
     }
-}
-
-/// True if a joint was added or removed since the last call, or if a constrained body fell asleep,
-/// woke or was deactivated.
-fn take_joint_changes(colors: &mut Colors) -> bool {
-    let changed = core::mem::take(&mut colors.bodies_changed);
-    take_dirty([&mut colors.joints, &mut colors.joints_fixed]) || changed
-}
-
-/// True if a constraint was added, removed or changed its number of points since the last call.
-fn take_dirty(all: [&mut Coloring; 2]) -> bool {
-    let mut changed = false;
-    for color in all.into_iter().flat_map(|coloring| &mut coloring.colors) {
-        changed |= core::mem::take(&mut color.dirty);
-    }
-    changed
 }

@@ -28,8 +28,8 @@ impl Survey {
         self.is_made = false;
     }
 
-    /// Reads the bodies once per step. It marks links, those that particles act on, that were hit, or that
-    /// `wants` selects.
+    /// Reads the bodies once per step. It marks links, those that particles act on, that were hit,
+    /// or that `wants` selects.
     pub(crate) fn make(
         &mut self,
         bodies: &Bodies,

@@ -119,7 +119,7 @@ fn energy(world: &World) -> f64 {
 fn random_articulations_that_fall_gain_no_energy() {
     let mut worst = 0.0_f64;
     let mut gains = Vec::new();
-    let count = std::env::var("TREES").map_or(20, |n| n.parse().unwrap());
+    let count = std::env::var("TREES").map_or(12, |n| n.parse().unwrap());
     let first = std::env::var("FIRST").map_or(1, |n| n.parse().unwrap());
     for seed in first..first + count {
         let seed: u64 = seed;
