@@ -61,6 +61,13 @@ pub(super) struct LinkContact {
     pub(super) mass_slide: f64,
 }
 
+impl LinkContact {
+    /// True if some point bounces in this substep.
+    pub(super) fn bounces(&self) -> bool {
+        self.bounce.iter().any(|speed| *speed > 0.0)
+    }
+}
+
 /// A row over the whitened velocities of the group's trees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinkRow {

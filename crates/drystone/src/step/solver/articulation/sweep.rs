@@ -123,7 +123,7 @@ impl Solver<'_> {
         let lane = contact.lane;
         let limit = f64::from(block.mu[lane]) * pressed;
         let old = [0, 1, 2].map(|t| f64::from(block.friction[t][lane]));
-        if limit == 0.0 && old == [0.0; 3] {
+        if limit == 0.0 && old.iter().all(|x| *x == 0.0) {
             return;
         }
         let jacobians: [Jacobian; 3] =
@@ -213,7 +213,7 @@ impl Solver<'_> {
     /// Takes the impulses of bounces out of what the next substep starts from: an impact does not
     /// repeat.
     pub(super) fn end_bounces(&self, trees: &TreeGroup) {
-        for contact in trees.contacts.iter().filter(|contact| contact.bounce != [0.0; 4]) {
+        for contact in trees.contacts.iter().filter(|contact| contact.bounces()) {
             let (block, lane) = (self.contact.blocks.row(contact.block), contact.lane);
             block.hit |= 1 << lane;
             for k in 0..contact.count + 3 {

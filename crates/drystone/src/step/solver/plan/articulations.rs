@@ -1,5 +1,7 @@
 //! Finds the groups that solve articulations.
 
+use core::ops::Range;
+
 use super::Plan;
 use crate::state::articulations::Articulations;
 
@@ -26,4 +28,9 @@ impl Plan {
         }
         self.articulations.sort_unstable();
     }
+}
+
+/// The articulations of a group, in a list sorted by groups.
+pub(super) fn of_group(all: &[(u64, u32)], group: u64) -> Range<usize> {
+    all.partition_point(|(of, _)| *of < group)..all.partition_point(|(of, _)| *of <= group)
 }

@@ -281,9 +281,7 @@ impl Plan {
             group.six_dof = self.six_dof.batches_of(number);
             let first = self.couplings.partition_point(|(of, _)| *of < number);
             group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
-            let first = self.articulations.partition_point(|(of, _)| *of < number);
-            group.articulations =
-                first..self.articulations.partition_point(|(of, _)| *of <= number);
+            group.articulations = articulations::of_group(&self.articulations, number);
         }
         self.bins.place(bodies, joints, &self.members, &mut self.groups);
     }
