@@ -53,8 +53,8 @@ const STILL: [(&str, &str); 8] = [
     ("inertial", "name"),
 ];
 
-/// Elements and attributes that only concern motors, sensors, and the software that drives and reads
-/// them.
+/// Elements and attributes that only concern motors, sensors, and the software that drives and
+/// reads them.
 const DRIVEN: [(&str, &str); 16] = [
     ("limit", "effort"),
     ("limit", "velocity"),
