@@ -139,6 +139,12 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
     if metadata.is_dir() {
         return Err(Failure::failed(format_args!("{shown}: is a directory, expected {ALLOWED}")));
     }
+    if has_extension(path, &["xacro"]) {
+        return Err(Failure::failed(format_args!(
+            "{shown}: a xacro file has to be expanded first: `xacro {shown} > robot.urdf` \
+             (`pip install xacro`)"
+        )));
+    }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(
             "{shown}: its name has no known ending, expected {ALLOWED}"

@@ -34,7 +34,11 @@ fn physics_that_is_left_out_is_named_with_count_and_line() {
         (body("", "priority=\"1\""), "<geom priority>"),
         (body("", "nonsense=\"1\""), "<geom nonsense>"),
         (format!("<option density=\"1000\"/>{}", body("", "")), "<option density>"),
-        (body("type=\"free\" damping=\"1\"", ""), "<joint damping>"),
+        (body("type=\"free\" damping=\"1\"", ""), "1 free joints: their damping"),
+        (
+            format!("<default><joint frictionloss=\"1\"/></default>{}", body("type=\"free\"", "")),
+            "1 free joints: their damping",
+        ),
         (format!("<option cone=\"pyramidal\"/>{}", body("", "")), "<option cone>"),
         (format!("<option impratio=\"10\"/>{}", body("", "")), "<option impratio>"),
         (

@@ -11,6 +11,7 @@ use drystone_scene::robot::{
 };
 use serde_json::Value;
 
+#[expect(dead_code, reason = "what scenes need is not for descriptions")]
 mod damage;
 
 fn data(name: &str) -> PathBuf {

@@ -395,6 +395,18 @@ fn bounds_may_be_infinite() {
 }
 
 #[test]
+fn what_a_kind_of_joint_cannot_have_is_named() {
+    let scene = read(&arm("<limit lower=\"-1\" upper=\"1\"/>", "")).unwrap();
+    assert!(has(&scene.notes, "joint arm_joint: it has limits of -1 and 1, but as a continuous"));
+    assert!(scene.left_out.is_empty(), "{:?}", scene.left_out);
+    let planar = arm("<dynamics friction=\"1\"/>", "").replace("continuous", "planar");
+    assert!(has(&read(&planar).unwrap().left_out, "the friction of a planar joint is left out"));
+    let none =
+        read(&arm("<limit lower=\"0\" upper=\"0\"/><dynamics friction=\"1\"/>", "")).unwrap();
+    assert!(!has(&none.notes, "it has limits") && none.left_out.is_empty());
+}
+
+#[test]
 fn xacro_is_named_with_the_way_to_expand_it() {
     let call = "<xacro:macro name=\"m\"/>";
     for text in [

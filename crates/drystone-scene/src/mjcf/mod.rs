@@ -28,7 +28,7 @@ use self::walk::Walk;
 use crate::error::SceneError;
 use crate::links::{Anchored, assemble};
 use crate::read::xml;
-use crate::robot::Robot;
+use crate::robot::{Joint, JointType, Robot};
 use crate::scene::Scene;
 
 /// Notes on these are not about the motion of bodies.
@@ -110,6 +110,13 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     }
     let mut walk = Walk::new(models, option);
     walk.run()?;
+    let resists = |j: &&Joint| {
+        j.kind == JointType::Free
+            && (j.damping[0] > 0.0 || j.stiffness[0] > 0.0 || j.friction > 0.0)
+    };
+    for _ in 0..walk.robot.joints.iter().filter(resists).count() {
+        walk.ignore("free joints: their damping, stiffness and frictionloss are not read");
+    }
     let filters = geom::filters(option.contacts, &mut walk.links);
     scene.notes.extend(filters);
     scene.left_out.extend(walk.notes.iter().filter(|n| n.contains("left out")).cloned());

@@ -109,9 +109,6 @@ const NEUTRAL: [(&str, &str); 31] = [
     ("solreflimit", "0.02 1"),
 ];
 
-/// Attributes of joints that are read, but not of free ones.
-const UNREAD_OF_FREE: [&str; 3] = ["damping", "stiffness", "frictionloss"];
-
 /// Sections that are named as a whole, or that only concern pictures and memory.
 const WHOLE: [&str; 11] = [
     "actuator",
@@ -162,9 +159,7 @@ pub(super) fn attributes(models: &[Model<'_>]) -> Unread {
             for (name, value) in element.attributes() {
                 let listed = |list: &str| has(list, name);
                 let is_known = listed(read) || listed(still) || (is_placed && listed(PLACE));
-                let is_free = kind == "joint" && element.get("type") == Some("free");
-                let is_lost = is_free && UNREAD_OF_FREE.contains(&name);
-                if (is_known && !is_lost && is_read(name, value)) || is_neutral(name, value) {
+                if (is_known && is_read(name, value)) || is_neutral(name, value) {
                     continue;
                 }
                 let is_solver = SOLVER.iter().any(|(of, names)| *of == kind && has(names, name));

@@ -1,5 +1,6 @@
 //! The text of Wavefront `.obj` files: vertices and faces, nothing else.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use drystone::Vec3;
@@ -27,12 +28,36 @@ pub(crate) fn surface(text: &str) -> Result<Triangles, SceneError> {
     Ok(all)
 }
 
+/// Lines with their numbers from 1; a backslash at its end joins a line to the next one.
+fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut rest = text.lines().enumerate();
+    core::iter::from_fn(move || {
+        let (number, first) = rest.next()?;
+        let mut whole = Cow::Borrowed(first);
+        // A comment may end with anything.
+        let mut end = first.strip_suffix('\\').filter(|_| !first.starts_with('#'));
+        if end.is_some() {
+            whole = Cow::Owned(String::new());
+        }
+        while let Some(part) = end {
+            whole.to_mut().push_str(part);
+            whole.to_mut().push(' ');
+            let Some((_, next)) = rest.next() else { break };
+            end = next.strip_suffix('\\');
+            if end.is_none() {
+                whole.to_mut().push_str(next);
+            }
+        }
+        Some((number + 1, whole))
+    })
+}
+
 /// The objects of a file's text, each with its own vertices.
 pub(crate) fn objects(text: &str) -> Result<Vec<Object>, SceneError> {
     let mut points: Vec<Vec3> = Vec::new();
     let mut parts: Vec<(String, Vec<[usize; 3]>)> = vec![(String::new(), Vec::new())];
-    for (number, line) in text.lines().enumerate() {
-        let place = format!("line {}", number + 1);
+    for (number, line) in lines(text) {
+        let place = format!("line {number}");
         let fail = |problem: String, allowed: &str| {
             Err(SceneError::new(Path::new(""), &place, problem, allowed))
         };
@@ -68,12 +93,11 @@ pub(crate) fn objects(text: &str) -> Result<Vec<Object>, SceneError> {
                         }
                     }
                 }
-                if corners.len() < 3 {
-                    return fail(format!("a face of {} corners", corners.len()), "at least 3");
-                }
+                // A face of two corners has no area, as one of three in a line.
                 let Some((_, faces)) = parts.last_mut() else { continue };
                 faces.extend(
-                    (1..corners.len() - 1).map(|k| [corners[0], corners[k], corners[k + 1]]),
+                    (1..corners.len().saturating_sub(1))
+                        .map(|k| [corners[0], corners[k], corners[k + 1]]),
                 );
             }
             Some("o" | "g") => {
@@ -125,12 +149,22 @@ mod tests {
     }
 
     #[test]
+    fn lines_go_on_and_faces_of_two_corners_have_no_area() {
+        let text = "# C:\\\nv 0 0 \\\n0\nv 1 0 0\nv 0 \\\n  1 \\\n0\nf 1 2\nf 1 \\\n2 3 \\";
+        let read = objects(text).unwrap();
+        assert_eq!(read.len(), 1);
+        let object = &read[0];
+        assert_eq!(object.surface.triangles, [[0, 1, 2]]);
+        assert!((object.surface.points[2].y - 1.0).abs() < 1.0e-6);
+    }
+
+    #[test]
     fn mistakes_name_their_line() {
         for (text, part) in [
             ("v 0 0\n", "line 1"),
             ("v 0 0 nan\n", "line 1"),
             ("v 0 0 0\nf 1 2 3\n", "line 2: corner \"2\", expected vertices 1 to 1"),
-            ("v 0 0 0\nf 1 1\n", "2 corners"),
+            ("v 0 0 \\\n0\nf 1 2 3\n", "line 3: corner \"2\""),
         ] {
             let e = objects(text).unwrap_err().to_string();
             assert!(e.contains(part), "{e}");

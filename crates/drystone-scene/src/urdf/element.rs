@@ -157,11 +157,23 @@ pub(super) fn joint<'a>(
         None if is_bounded => {
             note = Some(format!("joint {name}: it has no limits, it moves freely"));
         }
+        Some(limit) if kind == JointType::Continuous => {
+            let bounds = (bound(&limit, "lower")?, bound(&limit, "upper")?);
+            let [lower, upper] = [bounds.0.unwrap_or(0.0), bounds.1.unwrap_or(0.0)];
+            if lower < upper {
+                let why = "as a continuous joint it turns freely";
+                note =
+                    Some(format!("joint {name}: it has limits of {lower} and {upper}, but {why}"));
+            }
+        }
         _ => {}
     }
     if let Some(dynamics) = element.child("dynamics") {
         dof.spring = [0.0, 0.0, dynamics.at_least_zero("damping")?.unwrap_or(0.0)];
         dof.friction = dynamics.at_least_zero("friction")?.unwrap_or(0.0);
+        if kind == JointType::Planar && dof.friction > 0.0 {
+            note = Some(format!("joint {name}: the friction of a planar joint is left out"));
+        }
     }
     let hold = match kind {
         JointType::Fixed => Hold::Fast,

@@ -9,7 +9,6 @@ fn next(state: &mut u64) -> usize {
 }
 
 /// Texts that are no XML with this outermost element, each with a part of its error.
-#[allow(dead_code, reason = "not every test file reads scenes")]
 pub(crate) fn broken_xml(tag: &str) -> Vec<(String, &'static str)> {
     let bombs = "<!DOCTYPE x [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>";
     vec![
@@ -91,7 +90,6 @@ pub(crate) fn each(texts: &[String], count: usize, mut read: impl FnMut(&str)) {
 
 /// Reads damaged texts, and steps what can be read; nothing of that may panic, and what is refused
 /// is refused in one line.
-#[allow(dead_code, reason = "not every test file reads scenes")]
 pub(crate) fn never_panics(
     texts: &[String],
     count: usize,
