@@ -17,7 +17,7 @@ const MAX_GAIN: f64 = 1.05;
 /// Quantities that a step conserves, at its start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Before<N> {
-    pub(super) energy: N,
+    pub(crate) energy: N,
     pub(super) momentum: Spatial<N>,
     pub(super) origin: Vector<N>,
     pub(super) center: Vector<N>,

@@ -1,5 +1,6 @@
 //! Access of a world's solver to a tree: motion of links, rows at their centers.
 
+use super::row::{Bound, Segment};
 use super::spatial::{Rotation, Spatial, Vector};
 use super::tree::Tree;
 use super::work::TreeWork;
@@ -163,6 +164,15 @@ impl Tree<f64> {
 }
 
 impl TreeWork<f64> {
+    /// Adds a row to the position pass: an overlap [m, below 0] along whitened numbers.
+    pub(crate) fn add_gap(&mut self, numbers: &[f64], gap: f64, compliance: f64) {
+        let segment = self.rows.segment(0, numbers);
+        let row = self.rows.add([segment, Segment::default()], Bound::Push(1.0));
+        row.gap = gap;
+        row.corrects = true;
+        row.comply(compliance);
+    }
+
     /// Velocities at the substep's end.
     pub(crate) fn end_velocities(&self) -> &[f64] {
         &self.buffers.v

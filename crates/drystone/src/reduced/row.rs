@@ -213,11 +213,16 @@ fn inverse<N: Number>(a: N) -> N {
 
 impl<N: Number> Row<N> {
     /// Gives the row a compliance.
-    pub(super) fn soften(&mut self, compliance: N) {
+    pub(super) fn comply(&mut self, compliance: N) {
         let square = inverse(self.mass);
         self.compliance = compliance;
-        self.soft = true;
         self.mass = inverse(square + compliance);
+    }
+
+    /// Gives the row a compliance that stores energy.
+    pub(super) fn soften(&mut self, compliance: N) {
+        self.comply(compliance);
+        self.soft = true;
     }
 
     /// Makes the row a spring k and damper d on the error `gap`, implicit over the step h.

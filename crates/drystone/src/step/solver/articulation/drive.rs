@@ -162,6 +162,7 @@ impl Solver<'_> {
         let trees = self.articulation.groups.row(number);
         self.sum_contacts(trees);
         self.end_bounces(trees);
+        self.add_overlaps(trees);
         let h = f64::from(self.ctx.h);
         for index in 0..trees.trees.len() {
             let TreeIn { row, first, count, is_touched, before, .. } = trees.trees[index];

@@ -7,7 +7,8 @@
 //! half of the motion, then momentum and energy. A relax pass sweeps rigid rows.
 //!
 //! Contacts of links stay in blocks, which hold their geometry, bias and impulses. No kernel
-//! sweeps these blocks; the tree does (`sweep.rs`). The solver body of a link shows the motion of
+//! sweeps these blocks; the tree does (`sweep.rs`). Overlaps are closed by displacement
+//! (`overlaps.rs`). The solver body of a link shows the motion of
 //! the tree. What other rows change in it is read back as an impulse on the link.
 //!
 //! Reads: bodies, contact blocks. Writes: articulations, solver bodies of links and of what they
@@ -18,6 +19,7 @@ mod drive;
 pub(crate) mod group;
 pub(crate) mod lent;
 mod motion;
+mod overlaps;
 mod rows;
 mod sweep;
 

@@ -197,7 +197,7 @@ impl Solver<'_> {
     }
 
     /// Separation of a point [m]: the block's, and the displacement since.
-    fn separation(
+    pub(super) fn separation(
         &self,
         block: &ContactBlock,
         contact: &LinkContact,

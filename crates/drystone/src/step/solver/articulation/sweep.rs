@@ -6,7 +6,7 @@
 use super::group::{LinkContact, LinkRow, TreeGroup};
 use super::rows::Jacobian;
 use crate::step::solver::contact::block::{ContactBlock, Extra};
-use crate::step::solver::contact::sweep::{ContactSweep, DEEP_RATE};
+use crate::step::solver::contact::sweep::ContactSweep;
 use crate::step::solver::lent::Solver;
 
 /// Law of a point: λ loses `min(max(target + leak λ, floor) + gain v, λ)`.
@@ -267,16 +267,7 @@ fn law_of(
             gain: mass * f64::from(extra.soft_mass[contact.lane]),
         };
     }
-    if s > 0.0 {
-        return Law { target: mass * s * inv_h, ..rigid };
-    }
-    let soft = &sweep.softness;
-    // Closing an overlap gives no more energy than it would give free links.
-    let fastest = (-f64::from(sweep.cap)).min(s * f64::from(DEEP_RATE)) * row.part;
-    Law {
-        target: mass * f64::from(soft.rate) * s,
-        leak: f64::from(soft.impulse),
-        floor: mass * fastest,
-        gain: mass * f64::from(soft.mass),
-    }
+    // Overlaps are closed by displacement (`overlaps.rs`): a push-out by velocity between links that
+    // their joints hold together would drive the tree forever.
+    Law { target: mass * s.max(0.0) * inv_h, ..rigid }
 }
