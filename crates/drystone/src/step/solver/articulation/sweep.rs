@@ -267,7 +267,7 @@ fn law_of(
             gain: mass * f64::from(extra.soft_mass[contact.lane]),
         };
     }
-    // Overlaps are closed by displacement (`overlaps.rs`): a push-out by velocity between links that
-    // their joints hold together would drive the tree forever.
+    // Overlaps are closed by displacement (`overlaps.rs`). A push-out by velocity between links
+    // that their joints hold together would drive the tree forever.
     Law { target: mass * s.max(0.0) * inv_h, ..rigid }
 }
