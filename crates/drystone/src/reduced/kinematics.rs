@@ -207,6 +207,13 @@ impl<N: Number> Tree<N> {
         all * N::splat(0.5)
     }
 
+    /// Kinetic energy of armatures \[J\].
+    pub(crate) fn rotor_energy(&self, v: &[N]) -> N {
+        let rotors = self.dofs.iter().zip(v);
+        let twice = rotors.fold(N::zero(), |sum, (dof, &rate)| sum + dof.armature * rate * rate);
+        twice * N::splat(0.5)
+    }
+
     /// Kinetic energy \[J\] and momentum about the reference point, in one pass.
     pub(super) fn motion_sums(&self, v: &[N], work: &TreeWork<N>) -> (N, Spatial<N>) {
         let (mut twice, mut momentum) = (N::zero(), Spatial::zero());

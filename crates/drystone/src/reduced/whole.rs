@@ -266,6 +266,16 @@ impl Articulation {
         self.tree.gravity_energy(&self.work) + self.tree.spring_energy(&self.state.q)
     }
 
+    /// Energy of the joints' springs \[J\].
+    pub(crate) fn spring_energy(&self) -> f64 {
+        self.tree.spring_energy(&self.state.q)
+    }
+
+    /// Kinetic energy of the joints' rotors \[J\].
+    pub(crate) fn rotor_energy(&self) -> f64 {
+        self.tree.rotor_energy(&self.state.v)
+    }
+
     fn link(&self, link: usize) -> Result<(), TreeError> {
         if link < self.tree.link_count() {
             return Ok(());

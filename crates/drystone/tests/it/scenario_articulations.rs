@@ -357,3 +357,23 @@ fn a_state_that_is_set_moves_the_bodies() {
     assert!(!world.articulation(id).unwrap().is_asleep());
     assert!(world.body(body).unwrap().linear_velocity().y < -0.1);
 }
+
+#[test]
+fn the_audit_has_the_energy_of_the_tree() {
+    let mut def = table();
+    for link in &mut def.tree.links[1..] {
+        link.joints[0].armature = 0.02;
+    }
+    let count = 10_u8;
+    let q = Articulation::new(&def.tree, [0.0; 3]).unwrap().q().to_vec();
+    def = def.with_state(q, (0..count).map(|i| 0.2 * f64::from(i)).collect::<Vec<_>>());
+    let mut world = World::default();
+    let id = world.add_articulation(def).unwrap();
+    for _ in 0..10 {
+        world.step(DT);
+    }
+    let (audit, model) = (world.audit().energy.total(), energy(&world, id));
+    // Poses and velocities of bodies have 24 binary digits.
+    let kinetic = world.articulation(id).unwrap().model().kinetic_energy();
+    assert!((audit - model).abs() < 1.0e-5 * (kinetic + model.abs()), "{audit} J, {model} J");
+}

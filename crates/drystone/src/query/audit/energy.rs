@@ -17,12 +17,12 @@ use crate::state::tables::Tables;
 pub struct Energy {
     /// Kinetic energy of the centers' motion: ½ m v².
     pub linear: f64,
-    /// Kinetic energy of rotation: ½ ω · I ω.
+    /// Kinetic energy of rotation: ½ ω · I ω, and that of the rotors of articulations.
     pub angular: f64,
     /// Potential energy in the world's gravity, zero at the origin.
     pub potential: f64,
-    /// Elastic energy in the springs of joints and of links between particles: ½ k x². Energy in
-    /// the compliance of contacts is not included.
+    /// Elastic energy in the springs of joints, of articulations and of links between particles:
+    /// ½ k x². Energy in the compliance of contacts is not included.
     pub elastic: f64,
 }
 
@@ -65,6 +65,10 @@ impl Energy {
             // Joints far out of place, on bodies with almost no inertia, give no finite energy.
             let energy = elastic(joint, &tables.bodies);
             sum.elastic += if energy.is_finite() { energy } else { 0.0 };
+        }
+        for (_, articulation) in tables.articulations.rows.iter() {
+            sum.angular += articulation.model.rotor_energy();
+            sum.elastic += articulation.model.spring_energy();
         }
         if !tables.particles.is_empty() {
             let particles = particle_sums(tables);
