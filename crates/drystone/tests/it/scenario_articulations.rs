@@ -377,3 +377,86 @@ fn the_audit_has_the_energy_of_the_tree() {
     let kinetic = world.articulation(id).unwrap().model().kinetic_energy();
     assert!((audit - model).abs() < 1.0e-5 * (kinetic + model.abs()), "{audit} J, {model} J");
 }
+
+#[test]
+fn a_state_beyond_all_numbers_is_a_fault_and_comes_back() {
+    let mut world = World::default();
+    world.add_body(floor()).unwrap();
+    let id = world.add_articulation(table()).unwrap();
+    let start = world.articulation(id).unwrap().q().to_vec();
+    for fast in [1.0e7, 1.0e9, 1.0e11] {
+        let mut table = world.articulation_mut(id).unwrap();
+        assert!(table.set_state(&start, &[f64::NAN; 10]).is_err());
+        assert!(table.set_forces(&[f64::INFINITY; 10]).is_err());
+        table.set_state(&start, &[fast; 10]).unwrap();
+        table.set_forces(&[1.0e12; 10]).unwrap();
+        let mut faults = 0;
+        for _ in 0..5 {
+            world.step(DT);
+            faults += world.events().faults.len();
+        }
+        assert!(faults > 0, "{fast}");
+        assert!(world.bodies().all(|body| body.position().is_finite()));
+        let mut table = world.articulation_mut(id).unwrap();
+        table.set_forces(&[0.0; 10]).unwrap();
+        table.set_state(&start, &[0.0; 10]).unwrap();
+        for _ in 0..240 {
+            world.step(DT);
+        }
+        let q = world.articulation(id).unwrap().q();
+        assert!((q[1] - 0.45).abs() < 0.01, "{fast}: {q:?}");
+    }
+}
+
+#[test]
+fn links_can_be_disabled_split_and_removed_in_contact() {
+    let (mut world, ids) = busy_world();
+    for _ in 0..60 {
+        world.step(DT);
+    }
+    let body = world.articulation(ids[0]).unwrap().body(2).unwrap();
+    world.body_mut(body).unwrap().set_enabled(false);
+    for _ in 0..20 {
+        world.step(DT);
+    }
+    assert!(
+        world
+            .articulation(ids[0])
+            .unwrap()
+            .bodies()
+            .all(|of| !world.body(of).unwrap().is_enabled())
+    );
+    world.body_mut(body).unwrap().set_enabled(true);
+    for _ in 0..20 {
+        world.step(DT);
+    }
+    let joint = world.body(body).unwrap().joints().next().unwrap();
+    assert!(world.remove_joint(joint));
+    assert!(world.articulation(ids[0]).is_none());
+    assert!(world.remove_articulation(ids[2]));
+    for _ in 0..60 {
+        world.step(DT);
+        assert!(world.events().faults.is_empty());
+    }
+    let restored = World::restore(&world.snapshot()).unwrap();
+    assert_eq!(restored.state_hash(), world.state_hash());
+    assert!(world.bodies().all(|body| body.position().y > -0.2));
+}
+
+#[test]
+fn a_world_with_articulations_may_move_its_origin() {
+    let mut here = World::default();
+    here.add_body(floor()).unwrap();
+    let id = here.add_articulation(table()).unwrap();
+    let mut there = here.clone();
+    there.shift_origin([-64.0, 0.0, 32.0]).unwrap();
+    for _ in 0..120 {
+        here.step(DT);
+        there.step(DT);
+    }
+    let [a, b] = [&here, &there].map(|world| world.articulation(id).unwrap().q().to_vec());
+    // Positions 64 m from the origin have steps of 8e-6 m.
+    for (i, by) in [64.0, 0.0, -32.0].into_iter().enumerate() {
+        assert!((a[i] + by - b[i]).abs() < 1.0e-3, "{a:?} {b:?}");
+    }
+}
