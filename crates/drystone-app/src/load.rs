@@ -98,11 +98,8 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
         }
     }
     let mut loaded = file(path, source, gravity)?;
-    if source.reading.reduced {
-        if loaded.scene().trees.is_empty() {
-            return Err(no_trees(&source.scene));
-        }
-        loaded.scene_mut().reduced = true;
+    if source.reading.reduced && !drystone_scene::reduce(loaded.scene_mut()) {
+        return Err(no_trees(&source.scene));
     }
     if source.reading.strict
         && let Some(first) = loaded.scene().left_out.first()

@@ -134,3 +134,21 @@ fn looks_of_a_gltf_file_are_named_where_it_is_beside() {
     let (_, named) = succeed(&folder, &["convert", "hello.gltf", "away/hello.json"]);
     assert!(named.contains("left out: a mesh to look at"), "{named}");
 }
+
+#[test]
+fn a_robot_is_an_articulation_on_request() {
+    let folder = folder("reduced");
+    let arm = "<mujoco><worldbody><body pos=\"0 0 1\"><joint axis=\"0 1 0\" armature=\".1\"/>\
+               <geom size=\".1\" pos=\".3 0 0\"/></body></worldbody></mujoco>";
+    fs::write(folder.join("arm.xml"), arm).unwrap();
+    succeed(&folder, &["simulate", "arm.xml", "--reduced", "--strict", "--steps", "30"]);
+    let output = drystone(&folder, &["simulate", "arm.xml", "--strict", "--steps", "30"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("armature counts only with --reduced"));
+    for scene in ["wall", "empty.xml"] {
+        fs::write(folder.join("empty.xml"), "<mujoco/>").unwrap();
+        let output = drystone(&folder, &["simulate", scene, "--reduced", "--steps", "1"]);
+        assert_eq!(output.status.code(), Some(2), "{scene}");
+        assert!(text(&output.stderr).contains("--reduced is for .urdf and MJCF files"), "{scene}");
+    }
+}

@@ -22,6 +22,7 @@ pub mod visual;
 pub use build::{BuildError, ResumeError, Running, SavedRun};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
+pub use links::reduce;
 pub use read::stl;
 pub use scene::{
     Film, Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink,

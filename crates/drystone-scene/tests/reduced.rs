@@ -26,8 +26,7 @@ fn reduced(path: &Path) -> Option<Scene> {
     let read =
         if is_robot { urdf::load(path, &urdf::Options::default()) } else { mjcf::load(path) };
     let mut scene = read.ok()?;
-    scene.reduced = true;
-    (!scene.trees.is_empty()).then_some(scene)
+    drystone_scene::reduce(&mut scene).then_some(scene)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand")]

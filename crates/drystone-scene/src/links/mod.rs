@@ -13,3 +13,4 @@ mod reduce;
 pub(crate) use self::assemble::{Anchored, Assembled, assemble};
 pub(crate) use self::hulls::Hulls;
 pub(crate) use self::link::{Dof, Hold, Link, Way, Weight};
+pub use self::reduce::reduce;

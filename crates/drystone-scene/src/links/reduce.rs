@@ -6,6 +6,27 @@ use drystone::{BodyKind, MassDef, Pose, Vec3};
 use super::link::{Dof, Hold, Link, Way};
 use crate::scene::{Scene, SceneTree};
 
+/// Words of the notes that are about joints between bodies alone.
+const OF_JOINTS: [&str; 4] = [
+    "counts only with --reduced",
+    "stand bodies that take",
+    "taken as one ball joint",
+    "taken as one of its swing",
+];
+
+/// Makes articulations of the trees of a scene when it is built, in place of their joints. Notes
+/// about these joints are taken out. False if it has no tree.
+pub fn reduce(scene: &mut Scene) -> bool {
+    if scene.trees.is_empty() {
+        return false;
+    }
+    scene.reduced = true;
+    let is_of_all = |note: &String| !OF_JOINTS.iter().any(|words| note.contains(words));
+    scene.notes.retain(is_of_all);
+    scene.left_out.retain(is_of_all);
+    true
+}
+
 /// A group of links that is one body, as the scene has it.
 #[derive(Clone, Debug)]
 pub(super) struct Made {
