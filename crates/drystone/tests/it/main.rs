@@ -4,6 +4,7 @@
 #[cfg(feature = "snapshot")]
 mod contract_limits;
 mod property_articulations;
+#[cfg(feature = "snapshot")]
 mod scenario_articulations;
 #[cfg(feature = "snapshot")]
 mod contract_executor;
