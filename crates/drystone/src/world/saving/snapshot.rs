@@ -364,7 +364,7 @@ mod tests {
         let mut later = bytes.clone();
         later[8] += 1;
         let error = World::restore(&later).unwrap_err();
-        assert!(matches!(error, SnapshotError::Version { found: 9, read: 8 }), "{error}");
+        assert!(matches!(error, SnapshotError::Version { found: 10, read: 9 }), "{error}");
         let mut changed = bytes;
         changed[HEADER + 100] ^= 1;
         assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);
