@@ -66,11 +66,11 @@ pub(super) fn trees(
     world: &[Pose],
     scene: &mut Scene,
 ) -> Vec<(String, InTree)> {
-    let mut places = Vec::new();
-    // Tree and link of each group, and whether a joint hangs on it.
+    let (mut places, mut trees) = (Vec::new(), Vec::<SceneTree>::new());
+    // Tree and link of each group.
     let mut at: Vec<Option<(usize, usize)>> = vec![None; made.len()];
-    let of_body = |body: usize| made.iter().position(|m| m.body == body);
-    let first = scene.trees.len();
+    // Bodies came one after the other.
+    let of_body = |body: usize| made.binary_search_by_key(&body, |m| m.body).ok();
     for (g, group) in made.iter().enumerate() {
         let link = &links[group.head];
         let parent = group.parent.and_then(of_body);
@@ -96,20 +96,20 @@ pub(super) fn trees(
         let (tree, index) = match (&link.hold, parent) {
             (Hold::Free, _) => {
                 def.joints.push(TreeJoint::free());
-                scene.trees.push(SceneTree::default());
-                (scene.trees.len() - 1, 0)
+                trees.push(SceneTree::default());
+                (trees.len() - 1, 0)
             }
             (Hold::Joints(dofs), Some(parent)) => {
                 let place = match at[parent] {
                     Some((tree, index)) => {
                         def.parent = Some(index);
-                        (tree, scene.trees[tree].bodies.len())
+                        (tree, trees[tree].bodies.len())
                     }
                     // A base that moves by itself is no base of a tree.
                     None if kind(made[parent].body) != BodyKind::Static => continue,
                     None => {
-                        scene.trees.push(SceneTree::default());
-                        (scene.trees.len() - 1, 0)
+                        trees.push(SceneTree::default());
+                        (trees.len() - 1, 0)
                     }
                 };
                 for dof in dofs {
@@ -127,29 +127,27 @@ pub(super) fn trees(
             _ => continue,
         };
         at[g] = Some((tree, index));
-        let tree = &mut scene.trees[tree];
+        let tree = &mut trees[tree];
         tree.bodies.push(group.body);
         tree.def.links.push(def);
         tree.joints.extend(group.joints.clone());
         tree.between.extend(group.between.clone());
     }
-    let is_kept = keepable(scene, first);
-    let mut number = vec![None; scene.trees.len()];
-    let kept = (first..).zip(is_kept.iter().enumerate().filter(|(_, kept)| **kept));
-    for (new, (old, _)) in kept {
-        number[first + old] = Some(new);
-    }
-    let mut index = 0;
-    scene.trees.retain(|_| {
-        index += 1;
-        number[..first].get(index - 1).is_some() || number[index - 1].is_some()
-    });
-    places.retain_mut(|(_, place): &mut (String, InTree)| {
-        let new = number[place.tree];
-        place.tree = new.unwrap_or(place.tree);
-        new.is_some()
-    });
+    let numbers: Vec<Option<usize>> = trees
+        .into_iter()
+        .map(|tree| {
+            is_possible(&tree, &mut scene.notes).then(|| {
+                scene.trees.push(tree);
+                scene.trees.len() - 1
+            })
+        })
+        .collect();
     places
+        .into_iter()
+        .filter_map(|(name, place): (String, InTree)| {
+            Some((name, InTree { tree: numbers[place.tree]?, ..place }))
+        })
+        .collect()
 }
 
 /// Adds a joint of the file to those of a link.
@@ -207,21 +205,15 @@ fn wide(v: Vec3) -> [f64; 3] {
     v.to_array().map(f64::from)
 }
 
-/// Whether each tree from the number `first` on can be an articulation. A lone body that nothing
-/// holds is none.
-fn keepable(scene: &mut Scene, first: usize) -> Vec<bool> {
-    let mut notes = Vec::new();
-    let is_kept = |tree: &SceneTree| {
-        if tree.def.links.len() == 1 && tree.joints.is_empty() {
-            return false;
-        }
-        let made = Articulation::new(&tree.def, [0.0; 3]);
-        if let Err(e) = &made {
-            notes.push(format!("with --reduced, a tree stays bodies and joints: {e}"));
-        }
-        made.is_ok()
-    };
-    let kept = scene.trees[first..].iter().map(is_kept).collect();
-    scene.notes.append(&mut notes);
-    kept
+/// Whether a tree can be an articulation; if not, notes why. A lone body that nothing holds is
+/// none.
+fn is_possible(tree: &SceneTree, notes: &mut Vec<String>) -> bool {
+    if tree.def.links.len() == 1 && tree.joints.is_empty() {
+        return false;
+    }
+    let made = Articulation::new(&tree.def, [0.0; 3]);
+    if let Err(e) = &made {
+        notes.push(format!("with --reduced, a tree stays bodies and joints: {e}"));
+    }
+    made.is_ok()
 }

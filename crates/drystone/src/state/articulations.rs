@@ -91,9 +91,9 @@ impl Saved {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Articulations {
     pub(crate) rows: SlotMap<ArticulationId, ArticulationRow>,
-    /// Row and link of each body that is a moving link.
+    /// Row of the articulation of each body that is a link.
     #[cfg_attr(feature = "serde", serde(skip))]
-    links: BTreeMap<u32, (u32, u32)>,
+    links: BTreeMap<u32, u32>,
 }
 
 impl Clone for Articulations {
@@ -108,32 +108,37 @@ impl Clone for Articulations {
 }
 
 impl Articulations {
-    /// Row and link of a body, if it is a moving link.
-    pub(crate) fn of_body(&self, body: u32) -> Option<(u32, u32)> {
+    /// Row of the articulation of which a body is a link.
+    pub(crate) fn of_body(&self, body: u32) -> Option<u32> {
         self.links.get(&body).copied()
     }
 
-    /// Row of the articulation of which a body that does not move is a link.
-    pub(crate) fn on_body(&self, body: u32) -> Option<u32> {
-        let mut rows = self.rows.iter();
-        rows.find(|(_, row)| row.bodies.contains(&body)).map(|(id, _)| id.index())
+    pub(crate) fn insert(&mut self, row: ArticulationRow) -> ArticulationId {
+        let bodies = row.bodies.clone();
+        let id = self.rows.insert(row);
+        self.links.extend(bodies.into_iter().map(|body| (body, id.index())));
+        id
     }
 
-    /// Finds the links among the bodies anew.
-    pub(crate) fn find_links(&mut self) {
-        self.links.clear();
-        for (id, row) in self.rows.iter() {
-            for (link, body) in (0_u32..).zip(&row.bodies) {
-                if row.model.tree.moves(link as usize) {
-                    self.links.insert(*body, (id.index(), link));
-                }
-            }
+    pub(crate) fn remove(&mut self, id: ArticulationId) {
+        let removed = self.rows.remove(id);
+        for body in removed.into_iter().flat_map(|row| row.bodies) {
+            self.links.remove(&body);
         }
+    }
+
+    /// Finds the links among the bodies anew, for tables that were saved without them.
+    pub(in crate::state) fn find_links(&mut self) {
+        let bodies = self
+            .rows
+            .iter()
+            .flat_map(|(id, row)| row.bodies.iter().map(move |body| (*body, id.index())));
+        self.links = bodies.collect();
     }
 
     /// Whether the links are bodies of their own, and marked as links.
     pub(in crate::state) fn are_valid(&self, bodies: &Bodies) -> bool {
-        let mut moving = 0;
+        let (mut moving, mut count) = (0, 0);
         for (_, row) in self.rows.iter() {
             if row.bodies.len() != row.model.link_count() {
                 return false;
@@ -145,9 +150,10 @@ impl Articulations {
                     return false;
                 }
                 moving += usize::from(moves);
+                count += 1;
             }
         }
         let marked = bodies.rows.iter().filter(|(_, body)| body.record.is_link).count();
-        self.links.len() == moving && marked == moving
+        self.links.len() == count && marked == moving
     }
 }

@@ -135,6 +135,28 @@ impl Clone for Joint {
 }
 
 impl Joint {
+    /// A joint between the centers of two bodies that has done nothing yet. Its bodies collide.
+    pub(crate) const fn new(body_a: u32, body_b: u32, model: JointModel) -> Self {
+        Self {
+            body_a,
+            body_b,
+            anchor_a: Vec3::ZERO,
+            anchor_b: Vec3::ZERO,
+            model,
+            collide_connected: true,
+            switch: Switch::On,
+            user_data: 0,
+            impulse: Vec3::ZERO,
+            given: [Vec3::ZERO; 2],
+            peak: [0.0; 2],
+            damage: 0.0,
+            is_direct: false,
+            articulated: false,
+            strength: None,
+            place: Place::NOWHERE,
+        }
+    }
+
     /// False if it is disabled.
     pub(crate) fn is_on(&self) -> bool {
         self.switch == Switch::On

@@ -12,9 +12,8 @@ use crate::base::math::Vec3;
 use crate::reduced::linked::LinkMotion;
 use crate::reduced::{Articulation, TreeDef, TreeError, TreeStepConfig};
 use crate::state::articulations::ArticulationRow;
-use crate::state::colors::Place;
 use crate::state::def::{AxisLocks, BodyKind, DefError, ShapeDef};
-use crate::state::joints::{Joint, JointModel, Switch};
+use crate::state::joints::{Joint, JointModel};
 use crate::state::tables::Tables;
 
 /// Definition of an articulation: a tree of links in reduced coordinates, and their shapes.
@@ -157,7 +156,8 @@ impl World {
                 return Err(DefError::missing(&field, value, "a body of this world"));
             };
             let body = self.tables.bodies.at(row);
-            let suits = body.kind == def.kind && !body.record.is_link && !body.out;
+            let is_link = self.tables.articulations.of_body(row).is_some();
+            let suits = body.kind == def.kind && !is_link && !body.out;
             if !suits || bodies[..link].contains(id) {
                 let allowed = match def.kind {
                     BodyKind::Dynamic => "a dynamic body, enabled and in no other articulation",
@@ -205,14 +205,14 @@ impl World {
         }
         let parents: Vec<Option<usize>> = def.links.iter().map(|link| link.parent).collect();
         let row = ArticulationRow { model, def, bodies: bodies.clone() };
-        let id = self.tables.articulations.rows.insert(row);
-        self.tables.articulations.find_links();
+        let id = self.tables.articulations.insert(row);
         for (link, parent) in parents.into_iter().enumerate() {
             let Some(parent) = parent else { continue };
             let (a, b) = (bodies[parent], bodies[link]);
             let moves = |row: u32| self.tables.bodies.at(row).is_dynamic();
             if moves(a) || moves(b) {
-                self.insert_joint(link_joint(a, b));
+                let joint = Joint::new(a, b, JointModel::Link);
+                self.insert_joint(Joint { collide_connected: false, ..joint });
             }
         }
         self.tables.colors.bodies_changed = true;
@@ -297,8 +297,7 @@ impl World {
     pub(super) fn free_links(&mut self, row: u32) {
         let Some(id) = self.tables.articulations.rows.id_at(row) else { return };
         let bodies: Vec<u32> = self.bodies_of_articulation(row).collect();
-        self.tables.articulations.rows.remove(id);
-        self.tables.articulations.find_links();
+        self.tables.articulations.remove(id);
         self.tables.colors.bodies_changed = true;
         for body in bodies {
             self.tables.bodies.at_mut(body).record.is_link = false;
@@ -315,9 +314,7 @@ impl World {
 
     /// Frees the links of the articulation of a body.
     pub(super) fn free_links_of(&mut self, body: u32) {
-        if let Some((row, _)) = self.tables.articulations.of_body(body) {
-            self.free_links(row);
-        } else if let Some(row) = self.tables.articulations.on_body(body) {
+        if let Some(row) = self.tables.articulations.of_body(body) {
             self.free_links(row);
         }
     }
@@ -335,27 +332,6 @@ impl BodyMut<'_> {
             ));
         }
         Ok(())
-    }
-}
-
-fn link_joint(body_a: u32, body_b: u32) -> Joint {
-    Joint {
-        body_a,
-        body_b,
-        anchor_a: Vec3::ZERO,
-        anchor_b: Vec3::ZERO,
-        model: JointModel::Link,
-        collide_connected: false,
-        switch: Switch::On,
-        user_data: 0,
-        impulse: Vec3::ZERO,
-        given: [Vec3::ZERO; 2],
-        peak: [0.0; 2],
-        damage: 0.0,
-        is_direct: false,
-        articulated: false,
-        strength: None,
-        place: Place::NOWHERE,
     }
 }
 

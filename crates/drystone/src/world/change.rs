@@ -122,7 +122,8 @@ impl BodyMut<'_> {
     /// When it is enabled again, it continues in the state that it had. A link of an articulation
     /// takes all links with it.
     pub fn set_enabled(&mut self, enabled: bool) {
-        let Some((articulation, _)) = self.world.tables.articulations.of_body(self.row) else {
+        let of = self.world.tables.articulations.of_body(self.row);
+        let Some(articulation) = of.filter(|_| self.body().record.is_link) else {
             return self.set_enabled_alone(enabled);
         };
         for row in self.world.bodies_of_articulation(articulation) {

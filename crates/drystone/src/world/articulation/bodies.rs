@@ -22,21 +22,16 @@ pub(super) fn link_bodies(def: &TreeDef, model: &Articulation) -> Vec<BodyDef> {
         let state = crate::step::solver::link_state(&motion);
         let moves = model.tree.moves(index);
         let kind = if moves { BodyKind::Dynamic } else { BodyKind::Static };
-        let mass = MassDef::Exact {
-            mass: narrow(link.mass.max(least)),
-            center: vec3(narrow(link.center[0]), narrow(link.center[1]), narrow(link.center[2])),
-            inertia: moments_of(link, least),
-        };
         let mut body = BodyDef { kind, ..BodyDef::dynamic() };
         if moves {
-            body.mass = mass;
+            let center = vector(link.center);
+            let (mass, inertia) = (narrow(link.mass.max(least)), moments_of(link, least));
+            body.mass = MassDef::Exact { mass, center, inertia };
             (body.linear_velocity, body.angular_velocity) = (state.v, state.w);
-            let center =
-                vec3(narrow(link.center[0]), narrow(link.center[1]), narrow(link.center[2]));
             body.position = state.center - state.rotation.rotate(center);
         } else {
             let (position, _) = model.pose(index).unwrap_or_default();
-            body.position = vec3(narrow(position[0]), narrow(position[1]), narrow(position[2]));
+            body.position = vector(position);
         }
         body.rotation = state.rotation;
         body
@@ -56,6 +51,10 @@ fn moments_of(link: &LinkDef, least: f64) -> Sym3 {
         return inertia;
     }
     Sym3 { xx: xx + floor, yy: yy + floor, zz: zz + floor, ..inertia }
+}
+
+const fn vector(v: [f64; 3]) -> Vec3 {
+    vec3(narrow(v[0]), narrow(v[1]), narrow(v[2]))
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "bodies have this precision")]

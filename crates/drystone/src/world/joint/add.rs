@@ -1,9 +1,7 @@
 //! Joints and couplings that are added to a world and removed from it.
 
 use crate::base::id::JointId;
-use crate::base::math::Vec3;
 use crate::state::bodies::Bodies;
-use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::axis::Axis;
 use crate::state::def::{DefError, JointDef, JointKind};
@@ -30,22 +28,14 @@ impl World {
             ));
         }
         let joint = Joint {
-            body_a: a,
-            body_b: b,
             anchor_a: def.anchor_a - bodies.at(a).inertia.local_center,
             anchor_b: def.anchor_b - bodies.at(b).inertia.local_center,
-            model: JointModel::new(def.kind),
             collide_connected: def.collide_connected,
             switch: if def.enabled { Switch::On } else { Switch::Off },
             user_data: def.user_data,
-            impulse: Vec3::ZERO,
-            given: [Vec3::ZERO; 2],
-            peak: [0.0; 2],
-            damage: 0.0,
-            is_direct: false,
             articulated: def.articulated,
             strength: def.strength,
-            place: Place::NOWHERE,
+            ..Joint::new(a, b, JointModel::new(def.kind))
         };
         self.tables.joints.breakable += usize::from(def.strength.is_some());
         if !def.collide_connected {
@@ -86,25 +76,7 @@ impl World {
                 "a joint with at least one other body",
             ));
         };
-        let anchor = Vec3::ZERO;
-        let joint = Joint {
-            body_a: a,
-            body_b: b,
-            anchor_a: anchor,
-            anchor_b: anchor,
-            model: JointModel::new(JointKind::Coupling(def)),
-            collide_connected: true,
-            switch: Switch::On,
-            user_data: 0,
-            impulse: Vec3::ZERO,
-            is_direct: false,
-            given: [Vec3::ZERO; 2],
-            peak: [0.0; 2],
-            damage: 0.0,
-            articulated: false,
-            strength: None,
-            place: Place::NOWHERE,
-        };
+        let joint = Joint::new(a, b, JointModel::new(JointKind::Coupling(def)));
         Ok(self.insert_joint(joint))
     }
 

@@ -2,23 +2,26 @@
 //! the last step.
 
 use super::group::{LinkIn, TreeGroup, TreeIn, inverse};
-use super::motion::{impulse_of, vector, wide};
+use super::motion::{impulse_of, turned, vector, wide};
 use super::rows::Jacobian;
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::Vec3;
 use crate::state::articulations::ArticulationRow;
 use crate::state::bodies::body::Body;
 use crate::state::joints::{Joint, JointModel};
 use crate::step::solver::lent::Solver;
 
 impl Solver<'_> {
+    /// The articulations of a group, if it has some.
+    pub(super) fn trees_of(&self, number: usize) -> Option<&mut TreeGroup> {
+        let has_trees = !self.plan.groups[number].articulations.is_empty();
+        has_trees.then(|| self.articulation.groups.row(number))
+    }
+
     /// Lists the trees of a group with their links and contacts, and takes what changed the
     /// velocities of links since the last step as impulses.
     pub(in crate::step::solver) fn begin_articulations(&self, number: usize) {
         let group = &self.plan.groups[number];
-        if group.articulations.is_empty() {
-            return;
-        }
-        let trees = self.articulation.groups.row(number);
+        let Some(trees) = self.trees_of(number) else { return };
         trees.trees.clear();
         trees.links.clear();
         let mut first = 0;
@@ -110,10 +113,7 @@ impl Solver<'_> {
             }
             changed = true;
             let push = (body.v - v) * body.inertia.mass;
-            let turn = (body.rotation * body.inertia.principal).unrotate(body.w - w);
-            let m = body.inertia.moments;
-            let turn = vec3(turn.x * m.x, turn.y * m.y, turn.z * m.z);
-            let turn = (body.rotation * body.inertia.principal).rotate(turn);
+            let turn = turned(body, body.inertia.moments, body.w - w);
             let wrench = (wide(push), wide(turn));
             model.tree.add_at_center(link, wrench, &model.work, impulse);
         }

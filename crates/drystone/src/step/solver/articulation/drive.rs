@@ -1,13 +1,12 @@
 //! The part that articulations take in the passes of a group.
 
 use super::group::{LinkContact, LinkIn, TreeGroup, TreeIn, times};
-use super::motion::{four, impulse_of, is_kept, link_sweep, lost, state_of, wide};
+use super::motion::{four, impulse_mut, impulse_of, is_kept, lost, state_of, turned, wide};
 use super::rows::Jacobian;
-use crate::base::math::{Vec3, vec3};
+use super::sweep::LinkSweep;
+use crate::base::math::Vec3;
 use crate::reduced::linked::turn_between;
 use crate::state::articulations::ArticulationRow;
-use crate::step::context::softness::Softness;
-use crate::step::solver::contact::sweep::ContactSweep;
 use crate::step::solver::lent::Solver;
 
 impl Solver<'_> {
@@ -21,10 +20,7 @@ impl Solver<'_> {
             let lighter = self.ctx.gravity * ((forces.gravity_scale - 1.0) * mass);
             let slowed = body.v * (-mass * forces.linear_damping);
             let force = forces.force + forces.step_force + lighter + slowed;
-            let m = body.inertia.moments * -forces.angular_damping;
-            let turn = (body.rotation * body.inertia.principal).unrotate(body.w);
-            let turn = vec3(turn.x * m.x, turn.y * m.y, turn.z * m.z);
-            let slowed = (body.rotation * body.inertia.principal).rotate(turn);
+            let slowed = turned(body, body.inertia.moments * -forces.angular_damping, body.w);
             let torque = forces.torque + forces.step_torque + slowed;
             if force != Vec3::ZERO || torque != Vec3::ZERO {
                 let wrench = (wide(force), wide(torque));
@@ -36,15 +32,11 @@ impl Solver<'_> {
     /// Begins a substep of the trees of a group: half of their motion, free velocities, rows of
     /// contacts, warm start.
     pub(in crate::step::solver) fn move_articulations(&self, number: usize) {
-        if self.plan.groups[number].articulations.is_empty() {
-            return;
-        }
-        let trees = self.articulation.groups.row(number);
+        let Some(trees) = self.trees_of(number) else { return };
         let h = f64::from(self.ctx.h);
         for index in 0..trees.trees.len() {
             let TreeIn { row, first, count, is_touched, .. } = trees.trees[index];
             let Some(articulation) = self.articulation.table.row(row as usize) else { continue };
-            articulation.model.update();
             trees.tau.resize(trees.y.len(), 0.0);
             let tau = &mut trees.tau[first..first + count];
             self.gather_forces(articulation, tau);
@@ -94,11 +86,7 @@ impl Solver<'_> {
         }
         for k in 0..contact.count + 3 {
             let jacobian = Jacobian::of(block, lane, k, contact.count);
-            let impulse = if k < contact.count {
-                &mut block.points[k].impulse[lane]
-            } else {
-                &mut block.friction[k - contact.count][lane]
-            };
+            let impulse = impulse_mut(block, lane, k, contact.count);
             let old = core::mem::replace(impulse, *impulse * part);
             let change = f64::from(*impulse) - f64::from(old);
             for (end, row) in contact.bodies.iter().enumerate().filter(|(_, row)| **row != 0) {
@@ -109,22 +97,22 @@ impl Solver<'_> {
 
     /// Solves the trees of a group: own rows and contacts, over whitened velocities.
     pub(in crate::step::solver) fn solve_articulations(&self, number: usize, substep: u32) {
-        if self.plan.groups[number].articulations.is_empty() {
-            return;
-        }
-        let ctx = self.ctx;
-        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-        let elapsed = substep as f32 * ctx.h;
-        let sweep = |softness| link_sweep(ctx.inv_h, softness, (false, ctx.push_speed), elapsed);
-        let trees = self.articulation.groups.row(number);
+        let Some(trees) = self.trees_of(number) else { return };
         self.read_back(trees);
-        self.sweep_all(trees, &[sweep(ctx.soft), sweep(ctx.soft_fixed)]);
+        self.sweep_all(trees, &self.link_sweep(substep, false));
         self.sum_link_blocks(number, 1.0);
         self.show_links(trees, true);
     }
 
+    /// A sweep after this number of substeps.
+    fn link_sweep(&self, substeps: u32, relaxes: bool) -> LinkSweep {
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let elapsed = f64::from(substeps as f32 * self.ctx.h);
+        LinkSweep { inv_h: f64::from(self.ctx.inv_h), relaxes, elapsed }
+    }
+
     /// Sweeps own rows and contacts in turn.
-    fn sweep_all(&self, trees: &mut TreeGroup, sweeps: &[ContactSweep; 2]) {
+    fn sweep_all(&self, trees: &mut TreeGroup, sweep: &LinkSweep) {
         let touched = || trees.trees.iter().filter(|tree| tree.is_touched);
         let rounds = touched().filter_map(|tree| {
             let row = self.articulation.table.read(tree.row as usize).as_ref()?;
@@ -137,7 +125,7 @@ impl Solver<'_> {
                     row.model.tree.sweep_own(&mut row.model.work, y);
                 }
             }
-            self.sweep_links(trees, sweeps);
+            self.sweep_links(trees, sweep);
         }
     }
 
@@ -156,10 +144,7 @@ impl Solver<'_> {
 
     /// Ends a substep of the trees of a group: the other half of their motion.
     pub(in crate::step::solver) fn advance_articulations(&self, number: usize) {
-        if self.plan.groups[number].articulations.is_empty() {
-            return;
-        }
-        let trees = self.articulation.groups.row(number);
+        let Some(trees) = self.trees_of(number) else { return };
         self.sum_contacts(trees);
         self.end_bounces(trees);
         self.add_overlaps(trees);
@@ -202,15 +187,11 @@ impl Solver<'_> {
 
     /// Takes the velocity with which links left overlaps, by rigid rows.
     pub(in crate::step::solver) fn relax_articulations(&self, number: usize, substep: u32) {
-        if self.plan.groups[number].articulations.is_empty() {
-            return;
-        }
-        let trees = self.articulation.groups.row(number);
+        let Some(trees) = self.trees_of(number) else { return };
         if trees.contacts.is_empty() {
             return;
         }
-        let ctx = self.ctx;
-        let h = f64::from(ctx.h);
+        let h = f64::from(self.ctx.h);
         for tree in trees.trees.iter().filter(|tree| tree.is_touched) {
             let Some(row) = self.articulation.table.row(tree.row as usize) else { continue };
             let model = &mut row.model;
@@ -221,11 +202,9 @@ impl Solver<'_> {
         self.show_links(trees, true);
         self.build_link_rows(trees);
         trees.contacts.iter_mut().for_each(|contact| contact.bounce = [0.0; 4]);
-        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-        let moved = substep.min(ctx.substeps) as f32 * ctx.h;
-        let rigid = link_sweep(ctx.inv_h, Softness::RIGID, (true, ctx.push_speed), moved);
+        let sweep = self.link_sweep(substep.min(self.ctx.substeps), true);
         self.sum_link_blocks(number, -1.0);
-        self.sweep_all(trees, &[rigid, rigid]);
+        self.sweep_all(trees, &sweep);
         self.sum_link_blocks(number, 1.0);
         for tree in trees.trees.iter().filter(|tree| tree.is_touched) {
             let Some(row) = self.articulation.table.row(tree.row as usize) else { continue };
@@ -240,14 +219,10 @@ impl Solver<'_> {
 
     /// Stores the state of each link at the step's end.
     pub(in crate::step::solver) fn end_articulations(&self, number: usize) {
-        if self.plan.groups[number].articulations.is_empty() {
-            return;
-        }
-        let trees = self.articulation.groups.row(number);
+        let Some(trees) = self.trees_of(number) else { return };
         for (index, tree) in trees.trees.iter_mut().enumerate() {
             let Some(row) = self.articulation.table.row(tree.row as usize) else { continue };
             let model = &mut row.model;
-            model.update();
             let links = trees.links.iter().filter(|link| link.tree as usize == index);
             let motion = |link: &LinkIn| model.tree.link_motion(link.link as usize, &model.work);
             let is_kept = model.tree.check_state(&model.state.q, &model.state.v).is_ok()

@@ -47,8 +47,6 @@ pub(super) struct LinkContact {
     pub(super) links: [u32; 2],
     /// Solver bodies of A and B that are no links; 0: cannot be pushed.
     pub(super) bodies: [u32; 2],
-    /// One end cannot be pushed.
-    pub(super) is_fixed: bool,
     /// Its first row in [`TreeGroup::rows`]: points, then both tangents and the twist.
     pub(super) first: usize,
     /// Separation of each point at the moment of the rows [m].

@@ -4,10 +4,9 @@ use crate::base::limits;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::reduced::linked::LinkMotion;
-use crate::step::context::softness::Softness;
+use crate::state::bodies::body::Body;
 use crate::step::solver::body::state::BodyState;
 use crate::step::solver::contact::block::ContactBlock;
-use crate::step::solver::contact::sweep::{self, ContactSweep};
 
 /// Impulse of row `k` of a lane: of a point, or of the tangents and the twist after these.
 pub(super) fn impulse_of(block: &ContactBlock, lane: usize, k: usize, count: usize) -> f64 {
@@ -18,13 +17,25 @@ pub(super) fn impulse_of(block: &ContactBlock, lane: usize, k: usize, count: usi
     })
 }
 
-pub(super) fn link_sweep(
-    inv_h: f32,
-    softness: Softness,
-    (relaxes, cap): (bool, f32),
-    elapsed: f32,
-) -> ContactSweep {
-    ContactSweep { inv_h, softness, relaxes, cap, hit: sweep::HIT_SPEED, inner: 1, elapsed }
+/// The same impulse for changes.
+pub(super) fn impulse_mut(
+    block: &mut ContactBlock,
+    lane: usize,
+    k: usize,
+    count: usize,
+) -> &mut f32 {
+    if k < count {
+        &mut block.points[k].impulse[lane]
+    } else {
+        &mut block.friction[k - count][lane]
+    }
+}
+
+/// Moments of inertia, times a vector [world], about the principal axes of a body.
+pub(super) fn turned(body: &Body, moments: Vec3, w: Vec3) -> Vec3 {
+    let axes = body.rotation * body.inertia.principal;
+    let w = axes.unrotate(w);
+    axes.rotate(vec3(w.x * moments.x, w.y * moments.y, w.z * moments.z))
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "bodies have this precision")]

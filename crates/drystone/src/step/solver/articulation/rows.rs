@@ -7,7 +7,6 @@ use crate::reduced::linked::SparseRows;
 use crate::step::solver::contact::block::ContactBlock;
 use crate::step::solver::lent::Solver;
 use crate::step::solver::plan::group::Group;
-use crate::step::solver::plan::joint_class::is_linked;
 use crate::step::solver_body::SolverBody;
 
 /// A part of the trace of the matrix of a contact's tangents that is added to its diagonal. A link
@@ -85,10 +84,7 @@ impl Solver<'_> {
     /// Lists the contacts of the links of a group.
     pub(super) fn list_link_contacts(&self, group: &Group, trees: &mut TreeGroup) {
         trees.contacts.clear();
-        let batches = &self.plan.contacts.batches[group.contacts.clone()];
-        for i in
-            batches.iter().filter(|batch| is_linked(batch.class)).flat_map(|b| b.blocks.clone())
-        {
+        for i in self.link_blocks(group) {
             let block = self.contact.blocks.read(i);
             for lane in 0..LANES {
                 let owner = self.plan.contacts.owners[i][lane];
@@ -107,7 +103,6 @@ impl Solver<'_> {
                 // A link without a tree in this group cannot be pushed.
                 let body_of = |end: usize| if is_link(ends[end]) { 0 } else { ends[end] };
                 let bodies = [body_of(0), body_of(1)];
-                let stands = |end: usize| links[end] == NO_LINK && bodies[end] == 0;
                 for link in links.iter().filter(|link| **link != NO_LINK) {
                     let tree = trees.links[*link as usize].tree as usize;
                     trees.trees[tree].is_touched = true;
@@ -118,7 +113,6 @@ impl Solver<'_> {
                     count: usize::from(c.count.min(4)),
                     links,
                     bodies,
-                    is_fixed: stands(0) || stands(1),
                     first: 0,
                     separation: [0.0; 4],
                     bounce: [0.0; 4],
@@ -249,7 +243,7 @@ impl Solver<'_> {
 }
 
 impl TreeGroup {
-    /// Product of two rows. `row` serves as memory.
+    /// Product of two rows. `dense` serves as memory.
     fn sparse_dot(&mut self, a: &LinkRow, b: &LinkRow) -> f64 {
         let Self { sparse, dense, .. } = self;
         for i in a.begin..a.end {

@@ -4,26 +4,34 @@
 //! response is that of the whole tree.
 
 use super::group::{LinkContact, LinkRow, TreeGroup};
+use super::motion::impulse_mut;
 use super::rows::Jacobian;
 use crate::step::solver::contact::block::{ContactBlock, Extra};
-use crate::step::solver::contact::sweep::ContactSweep;
 use crate::step::solver::lent::Solver;
 
-/// Law of a point: λ loses `min(max(target + leak λ, floor) + gain v, λ)`.
+/// Parameters of a sweep over the contacts of links.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LinkSweep {
+    pub(super) inv_h: f64,
+    /// The sweep ends the step: nothing bounces, and springs keep their push.
+    pub(super) relaxes: bool,
+    /// Time of the step that positions have advanced [s].
+    pub(super) elapsed: f64,
+}
+
+/// Law of a point: λ loses `min(target + leak λ + gain v, λ)`.
 #[derive(Clone, Copy, Debug)]
 struct Law {
     target: f64,
     leak: f64,
-    floor: f64,
     gain: f64,
 }
 
 impl Solver<'_> {
     /// One sweep over all contacts of links.
-    pub(super) fn sweep_links(&self, trees: &mut TreeGroup, sweeps: &[ContactSweep; 2]) {
+    pub(super) fn sweep_links(&self, trees: &mut TreeGroup, sweep: &LinkSweep) {
         for index in 0..trees.contacts.len() {
             let contact = trees.contacts[index];
-            let sweep = &sweeps[usize::from(contact.is_fixed)];
             let block = self.contact.blocks.row(contact.block);
             let extra = self.contact.has_extras.then(|| self.contact.extras.read(contact.block));
             let pressed = self.sweep_points(trees, &contact, block, extra, sweep);
@@ -80,7 +88,7 @@ impl Solver<'_> {
         contact: &LinkContact,
         block: &mut ContactBlock,
         extra: Option<&Extra>,
-        sweep: &ContactSweep,
+        sweep: &LinkSweep,
     ) -> f64 {
         let lane = contact.lane;
         let mut sum = 0.0;
@@ -91,12 +99,12 @@ impl Solver<'_> {
             if let Some(extra) = extra.filter(|extra| extra.drifts) {
                 let drift = f64::from(extra.drift[k][lane]);
                 speed += drift;
-                s += drift * f64::from(sweep.elapsed);
+                s += drift * sweep.elapsed;
             }
             let row = &trees.rows[contact.first + k];
             let law = law_of(contact, k, (row, s, speed), extra, sweep);
             let impulse = f64::from(block.points[k].impulse[lane]);
-            let q = (law.target + law.leak * impulse).max(law.floor);
+            let q = law.target + law.leak * impulse;
             let new = (impulse - (q + law.gain * speed).min(impulse)).max(0.0);
             // The block's rounding is part of the law: what it stores is what acts.
             let stored = new as f32;
@@ -118,7 +126,7 @@ impl Solver<'_> {
         contact: &LinkContact,
         block: &mut ContactBlock,
         extra: Option<&Extra>,
-        (pressed, elapsed): (f64, f32),
+        (pressed, elapsed): (f64, f64),
     ) {
         let lane = contact.lane;
         let limit = f64::from(block.mu[lane]) * pressed;
@@ -135,7 +143,7 @@ impl Solver<'_> {
             if extra.drifts {
                 for t in 0..2 {
                     let rate = f64::from(extra.drift_rate[t][lane]);
-                    s[t] += f64::from(extra.drift_t[t][lane]) + rate * f64::from(elapsed);
+                    s[t] += f64::from(extra.drift_t[t][lane]) + rate * elapsed;
                 }
                 s[2] += f64::from(extra.drift_t[2][lane]);
             }
@@ -218,12 +226,7 @@ impl Solver<'_> {
             block.hit |= 1 << lane;
             for k in 0..contact.count + 3 {
                 let jacobian = Jacobian::of(block, lane, k, contact.count);
-                let impulse = if k < contact.count {
-                    &mut block.points[k].impulse[lane]
-                } else {
-                    &mut block.friction[k - contact.count][lane]
-                };
-                let taken = core::mem::replace(impulse, 0.0);
+                let taken = core::mem::take(impulse_mut(block, lane, k, contact.count));
                 for (end, row) in contact.bodies.iter().enumerate() {
                     if *row != 0 {
                         let mut change = Default::default();
@@ -243,11 +246,11 @@ fn law_of(
     k: usize,
     (row, s, speed): (&LinkRow, f64, f64),
     extra: Option<&Extra>,
-    sweep: &ContactSweep,
+    sweep: &LinkSweep,
 ) -> Law {
     let mass = row.mass;
-    let inv_h = f64::from(sweep.inv_h);
-    let rigid = Law { target: 0.0, leak: 0.0, floor: f64::MIN, gain: mass };
+    let inv_h = sweep.inv_h;
+    let rigid = Law { target: 0.0, leak: 0.0, gain: mass };
     if contact.bounce[k] > 0.0 && !sweep.relaxes {
         return Law { target: -mass * contact.bounce[k], ..rigid };
     }
@@ -263,7 +266,6 @@ fn law_of(
         return Law {
             target: f64::from(extra.soft_rate[contact.lane]) * mass * s,
             leak: f64::from(extra.soft_impulse[contact.lane]),
-            floor: f64::MIN,
             gain: mass * f64::from(extra.soft_mass[contact.lane]),
         };
     }

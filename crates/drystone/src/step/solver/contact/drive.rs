@@ -18,11 +18,9 @@ use crate::step::solver_body;
 impl Solver<'_> {
     /// Records the solver bodies that nothing pushed, among those near a surface with restitution.
     pub(crate) fn find_free(&self, group: &Group) {
-        let linked: Vec<usize> = self.link_blocks(group).collect();
-        for i in self.plan.contacts.blocks_of(&group.contacts) {
-            if linked.binary_search(&i).is_ok() {
-                continue;
-            }
+        let batches = &self.plan.contacts.batches[group.contacts.clone()];
+        let free = batches.iter().filter(|batch| !is_linked(batch.class));
+        for i in free.flat_map(|batch| batch.blocks.clone()) {
             let (block, extra) = (self.contact.blocks.read(i), self.contact.extras.read(i));
             if !extra.bounces {
                 continue;
